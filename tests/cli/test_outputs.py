@@ -89,7 +89,7 @@ def test_existing_file_is_not_replaced(command, option, tmp_path, capsys):
     assert run_command(words(command, option, path), windows={}) == 1
     output = capsys.readouterr().err
     assert f"{path}: " in output
-    assert ("the folder cannot be created" if is_folder(command) else "already exists") in output
+    assert ("the folder cannot be created" if is_folder(command) else "(--overwrite)") in output
     assert [(one.name, one.read_bytes()) for one in tmp_path.iterdir()] == [("out.npz", b"precious")]
 
 

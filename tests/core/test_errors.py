@@ -25,6 +25,10 @@ from tactile_maps.core.errors import (
     places_finding,
     write_crash_log,
 )
+from tactile_maps.robots.library import load_robot
+from tactile_maps.scene.scene import Scene
+from tactile_maps.skin.fitting.cover import CoverSpec
+from tactile_maps.skin.open import SkinOptions
 
 
 @pytest.mark.parametrize(
@@ -131,3 +135,21 @@ def test_every_remedy_states_the_command_for_this_environment():
     sources = [path for path in Path(tactile_maps.__file__).parent.rglob("*.py") if path.name != "parser.py"]
     generic = re.compile(r"pip install '?tactile-maps\[")
     assert [path.name for path in sources if generic.search(path.read_text(encoding="utf8"))] == []
+
+
+@pytest.mark.parametrize(
+    ("build", "place"),
+    [
+        (lambda: CoverSpec(links="hand"), "links"),
+        (lambda: CoverSpec(bare="hand"), "bare"),
+        (lambda: SkinOptions(links="hand"), "links"),
+        (lambda: SkinOptions(package_roots="here"), "package_roots"),
+        (lambda: Scene("touch", robot="arm", outputs="force"), "outputs"),
+        (lambda: Scene("touch", robot="arm", package_roots="here"), "package_roots"),
+        (lambda: Scene("touch", robot="arm", taxel_files="skin.csv"), "taxel_files"),
+        (lambda: load_robot("arm", package_roots=Path("here")), "package_roots"),
+    ],
+)
+def test_single_name_in_place_of_several_is_rejected_with_the_sequence(build, place):
+    with pytest.raises(TactileMapsError, match=rf'{place}.*a single name.*{place}=\("[a-z.]+",\)'):
+        build()

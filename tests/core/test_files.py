@@ -188,11 +188,15 @@ def test_existing_output_is_rejected_inside_the_block(tmp_path):
         write_atomically(path, b"first", error=SkinError)
         with pytest.raises(SkinError, match=r"already exists.*--overwrite"):
             write_atomically(path, b"second", error=SkinError)
+        with pytest.raises(SkinError, match=r"already exists.*--overwrite"):
+            check_output(path, error=SkinError, overwrite=False)
         write_atomically(other, b"first", error=SkinError)
         write_atomically(other, b"second", error=SkinError)
     assert (path.read_bytes(), other.read_bytes()) == (b"first", b"second")
     write_atomically(path, b"third", error=SkinError)
     assert path.read_bytes() == b"third"
+    with pytest.raises(SkinError, match=r"already exists.*\(overwrite=True\)"):
+        check_output(path, error=SkinError, overwrite=False)
 
 
 @pytest.mark.parametrize("name", ["", "/", "..", "x" * 300, "a\0b", "file/x"])

@@ -10,10 +10,11 @@ import pytest
 
 from tactile_maps.control.force_loop.loop_stability import SensorTiming
 from tactile_maps.control.motion.command import ControlSettings, JointCommand
-from tactile_maps.core.errors import RecordingError, SceneError, SimulationError
+from tactile_maps.core.errors import RecordingError, SceneError, SimulationError, SkinError
 from tactile_maps.core.reading_units import ReadingUnits
 from tactile_maps.geometry.surface.mesh import SurfacePoint
 from tactile_maps.recording.encoding.frame_codec import decode_frame, encode_frame
+from tactile_maps.robots.library import load_robot
 from tactile_maps.scene.effects import Effects
 from tactile_maps.session.frame import Frame, MeasuredValues
 from tactile_maps.session.inputs import ControlChanged, EffectsChanged
@@ -260,3 +261,8 @@ def test_diverged_session_keeps_what_reproduces_the_failure_until_a_reset():
     session.reset()
     assert session.failure is None
     assert session.tick().tick == 1
+
+
+def test_map_of_another_robot_is_rejected_with_its_link_and_the_links_of_the_robot():
+    with pytest.raises(SkinError, match=f"does not have.*{BAR.skin.patches[0].link}.*: .*upper_arm, "):
+        Session.of(load_robot("arm"), BAR.map)

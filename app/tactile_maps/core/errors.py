@@ -21,7 +21,7 @@ from datetime import datetime
 from difflib import get_close_matches
 from importlib.metadata import PackageNotFoundError, requires, version
 from importlib.util import find_spec
-from pathlib import Path
+from pathlib import Path, PurePath
 
 from platformdirs import user_log_path
 
@@ -126,6 +126,17 @@ _LONGEST_VALUE = 120
 def _shorten(value: object) -> str:
     text = " ".join(str(value).split())
     return text if len(text) <= _LONGEST_VALUE else text[: _LONGEST_VALUE - 1] + "…"
+
+
+def check_names(names: object, place: str, *, error: type[TactileMapsError]) -> None:
+    """Reject a single name in place of a sequence of names, whose letters would be read as names.
+
+    Raises:
+        TactileMapsError: ``names`` is a string or a path; raised as ``error``.
+    """
+    if isinstance(names, str | PurePath):
+        remedy = f'Write it as a sequence: {place}=("{names}",)'
+        raise error("a single name in place of a sequence of names", place=place, value=names, remedy=remedy)
 
 
 class UsageError(TactileMapsError):

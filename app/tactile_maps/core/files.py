@@ -144,16 +144,17 @@ def read_bounded_text(path: Path, *, error: type[TactileMapsError], most: int = 
     return read_bounded_file(path, error=error, most=most).decode("utf-8-sig", errors="replace")
 
 
-_NEW: ContextVar[frozenset[Path]] = ContextVar("files that must be new", default=frozenset())
+_NEW: ContextVar[frozenset[Path] | None] = ContextVar("files that must be new, None outside commands", default=None)
 
 
 @contextmanager
 def new_outputs(paths: Iterable[Path]) -> Iterator[None]:
     """Reject replacing any of these files within the block, even where the writing function allows it by default.
 
-    A file that another program creates in the meantime is therefore not lost.
+    A file that another program creates in the meantime is therefore not lost. The block belongs to a command: errors
+    about existing files name its option ``--overwrite`` instead of the argument ``overwrite``.
     """
-    token = _NEW.set(_NEW.get() | {path.absolute() for path in paths})
+    token = _NEW.set((_NEW.get() or frozenset()) | {path.absolute() for path in paths})
     try:
         yield
     finally:
@@ -210,8 +211,9 @@ def output_path(path: Path, *, error: type[TactileMapsError], overwrite: bool = 
     if kind != stat.S_IFREG:
         value = _KINDS.get(kind, "a special file")
         raise error("the output is not a regular file", file=path, value=value, remedy="Choose the name of a new file")
-    if not overwrite or path.absolute() in _NEW.get():
-        remedy = "Choose another name, or overwrite it (--overwrite)"
+    new = _NEW.get()
+    if not overwrite or path.absolute() in (new or ()):
+        remedy = f"Choose another name, or overwrite it ({'overwrite=True' if new is None else '--overwrite'})"
         raise error("the file already exists", file=path, remedy=remedy)
     if not found.st_mode & 0o222 or not os.access(target, os.W_OK):
         raise error("the file is read-only", file=path, remedy="Choose another name, or make the file writable")

@@ -18,7 +18,7 @@ from typing import TypeAlias
 from xml.etree.ElementTree import Element
 
 from tactile_maps.core.assets import asset
-from tactile_maps.core.errors import RobotError, install_line
+from tactile_maps.core.errors import RobotError, check_names, install_line
 from tactile_maps.robots.files.mesh_files import MESH_SUFFIXES
 from tactile_maps.robots.formats.mjcf import load_mjcf
 from tactile_maps.robots.formats.urdf import read_urdf, robot_from_urdf
@@ -159,6 +159,7 @@ def load_robot(
         >>> tm.load_robot("arm").name
         'arm'
     """
+    check_names(package_roots, "package_roots", error=RobotError)
     robot = _load(str(source), [Path(root) for root in package_roots], home)
     check_home(home or {}, robot.joints, source=robot.source)
     return robot

@@ -9,7 +9,7 @@ from functools import cached_property
 from typing import Any, TypeAlias
 
 from tactile_maps.core.arrays import set_fields
-from tactile_maps.core.errors import SceneError, did_you_mean
+from tactile_maps.core.errors import SceneError, check_names, did_you_mean
 from tactile_maps.scene.effect_decision import EffectDecision, decide_effects
 from tactile_maps.scene.effects import Effects, Override, effect_entry
 from tactile_maps.scene.motion import Waypoint
@@ -111,6 +111,8 @@ class Scene:
     seed: int = 0
 
     def __post_init__(self) -> None:
+        for place in ("outputs", "package_roots", "taxel_files"):
+            check_names(getattr(self, place), place, error=SceneError)
         checked = {key: effect_entry(key).checked(override) for key, override in self.overrides.items()}
         set_fields(self, overrides={key: override for key, override in checked.items() if override != "auto"})
         self._check_words()

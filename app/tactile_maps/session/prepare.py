@@ -45,6 +45,9 @@ class PreparedScene:
         map: The map of the skin.
         objects: The objects of the scene, in its order.
         findings: Findings about the collision shapes of links, if something in the scene can touch them.
+
+    Raises:
+        SkinError: The skin is on a link that the robot does not have.
     """
 
     scene: Scene
@@ -53,6 +56,17 @@ class PreparedScene:
     map: TactileMap
     objects: tuple[SceneObject, ...] = ()
     findings: tuple[Finding, ...] = ()
+
+    def __post_init__(self) -> None:
+        links = [link.name for link in self.robot.links]
+        for patch in self.skin.patches:
+            if patch.link not in links:
+                raise SkinError(
+                    "the skin is on a link that the robot does not have",
+                    file=self.robot.source,
+                    value=patch.link,
+                    remedy=f"Use a skin on links of this robot: {', '.join(links)}",
+                )
 
 
 def findings_of(prepared: PreparedScene) -> tuple[Finding, ...]:

@@ -200,6 +200,9 @@ class Session:
             robot: The robot that the skin covers.
             map_: The tactile map of its skin.
             settings: Settings of the controller; by default impedance, which holds the home posture.
+
+        Raises:
+            SkinError: The skin is on a link that the robot does not have.
         """
         scene = Scene(name=robot.name, robot=robot.name)
         return cls(PreparedScene(scene, robot, map_.skin, map_), settings=settings)

@@ -12,7 +12,7 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from tactile_maps.core.errors import SkinError
+from tactile_maps.core.errors import SkinError, check_names
 from tactile_maps.core.file_kinds import FileKind
 from tactile_maps.core.progress import Progress, no_progress
 from tactile_maps.robots.files.mesh_files import read_mesh, to_metres
@@ -62,6 +62,8 @@ class SkinOptions:
     home: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        check_names(self.links, "links", error=SkinError)
+        check_names(self.package_roots, "package_roots", error=SkinError)
         if self.surface not in get_args(MeshSurface):
             remedy = f"Choose one of: {', '.join(get_args(MeshSurface))}"
             raise SkinError("unknown surface", place="surface", value=self.surface, remedy=remedy)

@@ -50,7 +50,8 @@ def press_skin(
         layer: The skin's cover; by default a foam.
 
     Returns:
-        (taxels,) [Pa]; times the skin's ``areas`` they add up to the force.
+        (taxels,) [Pa]; times the skin's ``areas`` they add up to the force, less the share that bare surface next to
+        the skin bears.
 
     Raises:
         SimulationError: The place is not on the skin, force or radius is out of range, or the model is unknown.

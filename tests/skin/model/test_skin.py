@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tactile_maps.core.errors import SkinError
 from tactile_maps.skin.model.skin import Patch, Quadrature, Skin, Taxels
 from tactile_maps.skin.taxel_placement.sampling import place_evenly
 from tests.hard_cases.meshes import HARD_MESHES
+from tests.support.touch import bar_skin
 
 
 def test_arrays_are_read_only_and_counted():
@@ -50,3 +52,9 @@ def test_a_skin_without_patches_is_a_value_too():
     assert len(skin) == 0
     assert (skin.areas.shape, skin.neighbours.shape) == ((0,), (0, 2))
     assert np.array_equal(skin.first, [0])
+
+
+@pytest.mark.parametrize("taxel", [-1, 60])
+def test_unknown_taxel_is_rejected_with_the_range(taxel):
+    with pytest.raises(SkinError, match=f"unknown taxel.*{taxel}.*Choose 0 to 59"):
+        bar_skin(60).taxel_point(taxel)

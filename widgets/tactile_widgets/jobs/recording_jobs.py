@@ -116,7 +116,10 @@ def _moved(
         written = write(scratch)
         moved = [replace(one, file=str(folder / Path(one.file).name)) for one in written]
         for one in moved:  # check all before the first is moved
-            check_output(Path(one.file), error=RecordingError, overwrite=overwrite)
+            try:
+                check_output(Path(one.file), error=RecordingError, overwrite=overwrite)
+            except RecordingError as error:
+                raise error.at(remedy="Choose another folder, or remove this file first") from error
         for one, target in zip(written, moved, strict=True):
             move_into_place(Path(one.file), Path(target.file), error=RecordingError)
     finally:

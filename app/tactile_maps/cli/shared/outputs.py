@@ -20,10 +20,22 @@ def outputs_checked(arguments: argparse.Namespace) -> Iterator[None]:
         ExportError: An output exists, is a special file or a file that the command reads, or cannot be written.
         UsageError: Two outputs are the same file.
     """
+    outputs = getattr(arguments, "outputs", ())
+    if not outputs:
+        yield
+        return
+    with new_outputs(()):
+        new = _checked_outputs(arguments, outputs)
+    with new_outputs(new):
+        yield
+
+
+def _checked_outputs(arguments: argparse.Namespace, outputs: Iterable[tuple[str, str]]) -> list[Path]:
+    """Return the files that must be new."""
     new: list[Path] = []
     read = list(_files_read(arguments))
     seen: list[Path] = []
-    for name, folder_option in getattr(arguments, "outputs", ()):
+    for name, folder_option in outputs:
         stated = getattr(arguments, name)
         if stated is None:
             continue
@@ -39,8 +51,7 @@ def outputs_checked(arguments: argparse.Namespace) -> Iterator[None]:
             raise ExportError("a file that is read cannot be the output", file=path, remedy="Choose another name")
         if not arguments.overwrite:
             new.append(path)
-    with new_outputs(new):
-        yield
+    return new
 
 
 def _files_read(arguments: argparse.Namespace) -> Iterator[str]:

@@ -17,7 +17,7 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from tactile_maps.core.arrays import FloatArray
-from tactile_maps.core.errors import Finding, SkinError
+from tactile_maps.core.errors import Finding, SkinError, check_names
 from tactile_maps.core.progress import Progress, no_progress
 from tactile_maps.core.weak_cache import weak_cache
 from tactile_maps.geometry.remesh.repair import clean_mesh
@@ -100,6 +100,8 @@ class CoverSpec:
     bare: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
+        check_names(self.links, "links", error=SkinError)
+        check_names(self.bare, "bare", error=SkinError)
         check_number_of_axes(self.axes)
         if self.links and (unknown := sorted({*self.bare} - {*self.links})):
             remedy = f"Choose among the links of the cover: {', '.join(self.links)}"

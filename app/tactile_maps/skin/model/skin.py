@@ -440,7 +440,13 @@ class Skin:
         return readonly(found, np.int64)
 
     def taxel_point(self, taxel: int) -> SurfacePoint:
-        """Return the position of taxel number ``taxel`` on its surface."""
+        """Return the position of taxel number ``taxel`` on its surface.
+
+        Raises:
+            SkinError: The skin does not have this taxel.
+        """
+        if not 0 <= taxel < len(self):
+            raise SkinError("unknown taxel", value=taxel, remedy=f"Choose 0 to {len(self) - 1}")
         patch = int(self.patch_of[taxel])
         taxels = self.patches[patch].taxels
         local = taxel - int(self.first[patch])

@@ -336,7 +336,8 @@ def sphere_load(
         normal: (3,) outward unit normal, link frame.
         force: Normal force [N], >= 0.
         radius: Radius of the ball [m], > 0.
-        depth: Depth of its lowest point below ``point`` [m].
+        depth: Depth of its lowest point below ``point`` [m]; the ball is placed at most its diameter deep, because a
+            deeper one would be away from the skin that bears its force.
         shear: (3,) force along the skin, link frame [N].
         friction: Coulomb coefficient.
 
@@ -345,7 +346,7 @@ def sphere_load(
     """
     if not (math.isfinite(radius) and radius > 0):
         raise SimulationError("the radius of a ball must be positive", place=f"on {link}", value=f"radius {radius} m")
-    centre = np.asarray(point) + (radius - depth) * np.asarray(normal)
+    centre = np.asarray(point) + (radius - min(depth, 2 * radius)) * np.asarray(normal)
     centre.flags.writeable = False  # a new array: no copy is needed
     pose = Pose(_UPRIGHT, centre)
     return Load(link, point, normal, force, Sphere(radius), pose, shear=shear, friction=friction)

@@ -137,6 +137,7 @@ def test_range_and_episodes_are_saved_as_recordings(window_again, folder, record
     (folder / "parts" / "02 b.mcap").write_bytes(b"precious")
     window.action("save_episodes").trigger()
     assert "02 b.mcap: the file already exists" in window.notification_bar.text
+    assert "remove this file first" in window.notification_bar.text
     assert [(path.name, path.read_bytes()) for path in (folder / "parts").iterdir()] == [("02 b.mcap", b"precious")]
     monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(folder / "one.mcap"))
     window.action("trim_range").trigger()
