@@ -7,20 +7,25 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
-from tactile_maps.export.export import export_recording
+from tactile_maps.core.reading_units import ReadingUnits
+from tactile_maps.export.contact_messages import contact_wrench, contacts_json, link_wrench
+from tactile_maps.export.export import ExportOptions, export_recording
 from tactile_maps.live.prepare import as_measured
 from tactile_maps.live.readings.arrival import Arrived
 from tactile_maps.live.readings.readings import Reading, Unit
 from tactile_maps.live.session.measured_session import MeasuredSession
 from tactile_maps.maps.build import build_map
 from tactile_maps.maps.model.taxel_frames import taxel_frames
+from tactile_maps.recording.encoding import viewer_messages
 from tactile_maps.recording.overview.curves import CURVES, FrameQuantity, QuantityKind, joined, read_curves
 from tactile_maps.recording.player import RecordingPlayer
 from tactile_maps.recording.recorder import Recorder
 from tactile_maps.skin.model.skin import Skin, taxels_with_axes
 from tactile_maps.tactile.press import press_skin
 from tests.export.test_rosbag import messages
+from tests.recording.encoding.test_viewer_messages import decoded
 from tests.support.touch import bar_skin, prepared_bar
 
 PRESSED = press_skin(bar_skin(), bar_skin().taxel_point(30), force=3.0)
@@ -100,3 +105,48 @@ def test_curves_over_the_recording_have_shear_and_friction(player):
     assert np.allclose(force, [sum(np.linalg.norm(one.force) for one in found) for found in shears])
     assert np.allclose(friction, [max((one.usage for one in found), default=0.0) for found in shears])
     assert force[-1] > 0.5
+
+
+def test_lerobot_windows_have_shear_of_each_reading(player, tmp_path):
+    parquet = pytest.importorskip("pyarrow.parquet")
+    pytest.importorskip("av")
+    export_recording(player, tmp_path / "set", to="lerobot", options=ExportOptions(fps=25))
+    features = json.loads((tmp_path / "set" / "meta" / "info.json").read_text())["features"]
+    rows = parquet.read_table(tmp_path / "set" / "data" / "chunk-000" / "file-000.parquet")
+    windows = np.array(rows["observation.tactile3_window"].to_pylist())
+    assert features["observation.tactile3_window"]["shape"] == list(windows.shape[1:]) == [2, 60, 3]
+    assert np.array_equal(windows[-1, -1], np.column_stack([PRESSED, SHEAR]).astype(np.float32))
+    assert np.isnan(windows[0, 0, :, 1:]).all(), "the first reading has no shear"
+    assert np.array_equal(windows[..., 0], np.array(rows["observation.tactile_window"].to_pylist()))
+    stats = json.loads((tmp_path / "set" / "meta" / "stats.json").read_text())
+    assert np.shape(stats["observation.tactile3_window"]["max"]) == (2, 60, 3)
+
+
+def test_arrows_of_viewers_show_the_whole_force(player):
+    frame = player.frame(3)
+    (region,) = frame.regions
+    np.testing.assert_allclose(region.force_vector, expected_force(player), rtol=0.03, atol=0.02)
+    update = decoded(player.path)["/contacts"][-1][1]
+    arrow = update.entities[0].arrows[0]
+    turn = Rotation.from_quat([getattr(arrow.pose.orientation, axis) for axis in "xyzw"])
+    step = (arrow.shaft_length + arrow.head_length) * turn.apply([1.0, 0.0, 0.0])
+    tail = np.array([getattr(arrow.pose.position, axis) for axis in "xyz"])
+    np.testing.assert_allclose(tail + step, region.link_position, atol=1e-9)
+    np.testing.assert_allclose(step, viewer_messages._METRES_A_NEWTON * region.force_vector, atol=1e-9)
+
+
+def test_live_message_of_contacts_has_the_wrenches_of_the_bag(player):
+    frame = player.frame(3)
+    message = contacts_json(frame, player.prepared.skin, 3_000_000_007)
+    assert message["header"]["stamp"] == {"sec": 3, "nanosec": 7}
+    ((contact,), (link,)) = message["contacts"], message["links"]
+    (region,) = frame.regions
+    for found, wrench in ((contact, contact_wrench(region)), (link, link_wrench([region]))):
+        read = [found["wrench"][part][axis] for part in ("force", "torque") for axis in "xyz"]
+        np.testing.assert_allclose(read, wrench.wrench)
+        np.testing.assert_allclose(found["covariance"], wrench.covariance.ravel())
+    assert contact["link"] == link["link"] == "bar"
+    uncalibrated = replace(frame, measured=replace(frame.measured, units=ReadingUnits.COUNTS))
+    counts = contacts_json(uncalibrated, player.prepared.skin, 0)
+    assert counts["contacts"][0]["wrench"]["force"] == {"x": None, "y": None, "z": None}
+    json.dumps(message, allow_nan=False)

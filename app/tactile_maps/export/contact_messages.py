@@ -14,7 +14,9 @@ Without calibrated readings forces are unknown: wrenches and covariances are NaN
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
@@ -52,6 +54,16 @@ tactile_maps_msgs/LinkWrench[] links   # those with contacts
 """,
 }
 """Text of the ``.msg`` file of each type of our own."""
+CONTACTS_SCHEMA = {
+    "title": CONTACTS_TYPE,
+    "type": "object",
+    "properties": {
+        "header": {"type": "object", "properties": {"stamp": {"type": "object"}, "frame_id": {"type": "string"}}},
+        "contacts": {"type": "array", "items": {"type": "object"}},
+        "links": {"type": "array", "items": {"type": "object"}},
+    },
+}
+"""JSON schema of ``contacts_json``."""
 _CORNERS = 8
 """Number of corners of the outline of a contact with fewer than three touched taxels."""
 
@@ -74,13 +86,12 @@ def contact_wrench(region: ContactRegion) -> UncertainWrench:
     normal = region.link_normal
     inward = np.outer(normal, normal)
     along = np.eye(3) - inward
-    force = -region.force * normal
+    force = region.force_vector
     torque = np.zeros(3)
     arm = 2 / 3 * math.sqrt(region.area / math.pi)
     tangential = region.force**2
     twist = (region.force * arm) ** 2
     if (shear := region.shear) is not None:
-        force = force + np.array(shear.force)
         torque = shear.torque * normal
         tangential = shear.force_error**2
         twist = shear.torque_error**2
@@ -127,3 +138,47 @@ def outline(region: ContactRegion, frame: Frame, skin: Skin) -> FloatArray:
     radius = math.sqrt(region.area / (_CORNERS / 2 * math.sin(2 * np.pi / _CORNERS)))
     circle = np.outer(np.cos(angles), first) + np.outer(np.sin(angles), second)
     return np.asarray(region.link_position + radius * circle)
+
+
+def contacts_json(frame: Frame, skin: Skin, time: int) -> dict[str, Any]:
+    """Return the message ``CONTACTS_TYPE`` of a frame as JSON with the same fields; NaN is None.
+
+    Args:
+        frame: The frame.
+        skin: Its skin.
+        time: Time of the readings [ns since 1970].
+    """
+    seconds, nanoseconds = divmod(time, 10**9)
+    links = dict.fromkeys(region.link for region in frame.regions)
+    known = frame.units.force is not None
+    return {
+        "header": {"stamp": {"sec": seconds, "nanosec": nanoseconds}, "frame_id": ""},
+        "contacts": [
+            {
+                "id": region.id,
+                "link": region.link,
+                "region": {"points": [_xyz(corner) for corner in outline(region, frame, skin)]},
+                "position": _xyz(region.link_position),
+                "normal": _xyz(region.link_normal),
+                "area": region.area,
+                "peak": region.peak,
+                **_wrench_json(contact_wrench(region), known=known),
+            }
+            for region in frame.regions
+        ],
+        "links": [
+            {"link": link, **_wrench_json(link_wrench([one for one in frame.regions if one.link == link]), known=known)}
+            for link in links
+        ],
+    }
+
+
+def _wrench_json(found: UncertainWrench, *, known: bool) -> dict[str, Any]:
+    force, torque = (_xyz(part if known else 3 * [None]) for part in (found.wrench[:3], found.wrench[3:]))
+    covariance = found.covariance.ravel().tolist() if known else 36 * [None]
+    finite = [value if value is not None and math.isfinite(value) else None for value in covariance]
+    return {"wrench": {"force": force, "torque": torque}, "covariance": finite}
+
+
+def _xyz(vector: Iterable[float | None]) -> dict[str, float | None]:
+    return {axis: None if value is None else float(value) for axis, value in zip("xyz", vector, strict=True)}

@@ -16,7 +16,7 @@ oldest reading, where the mask is False. LeRobot has no format for sensors of se
 discussion 2421. The places of the taxels are in ``meta/info.json``, as ``info`` of the feature.
 
 A skin with shear has ``observation.tactile3`` (n, 3): pressure and shear along t1 and t2 of each taxel; NaN for shear
-in frames without.
+in frames without; and with windows ``observation.tactile3_window`` (w, n, 3).
 """
 
 from __future__ import annotations
@@ -55,6 +55,7 @@ from tactile_maps.maps.model.taxel_frames import taxel_frames
 from tactile_maps.maps.pressure_colours import colour_image, rounded_scale
 from tactile_maps.recording.player import RecordingPlayer
 from tactile_maps.session.frame import Frame
+from tactile_maps.session.prepare import PreparedScene
 from tactile_maps.skin.model.skin import Skin
 
 _VIDEO = "observation.images.tactile"
@@ -66,6 +67,7 @@ _MASK = f"{_WINDOW}_mask"
 _TIME = f"{_WINDOW}_time"
 _THREE = "observation.tactile3"
 """Pressure and shear of each taxel."""
+_THREE_WINDOW = f"{_THREE}_window"
 _KEYS = {
     "observation.state": lambda frame: frame.posture,
     "observation.velocity": lambda frame: frame.velocity,
@@ -113,7 +115,7 @@ def write_lerobot(player: RecordingPlayer, folder: Path, *, fps: int | None = No
         for start in range(0, len(rows_of.frames), batch):
             progress("Exporting", start / len(rows_of.frames))
             frames = [player.frame(int(number)) for number in rows_of.frames[start : start + batch]]
-            windows = _windows(player, rows_of, slice(start, start + batch), counts=counts)
+            windows = _windows(player, rows_of, slice(start, start + batch), counts=counts, sheared=sheared)
             if sheared:
                 windows[_THREE] = _three(frames, counts=counts)
             table = _rows(frames, done, found, rate, statistics, windows, counts=counts)
@@ -201,7 +203,9 @@ def _at_rate(player: RecordingPlayer, rows_of: _RowsOf, fps: int) -> _RowsOf:
     return _RowsOf(fps, np.concatenate(frames), sampled, np.concatenate(since))
 
 
-def _windows(player: RecordingPlayer, rows_of: _RowsOf, part: slice, *, counts: bool) -> dict[str, NDArray[Any]]:
+def _windows(
+    player: RecordingPlayer, rows_of: _RowsOf, part: slice, *, counts: bool, sheared: bool
+) -> dict[str, NDArray[Any]]:
     """Return the columns of the windows of some rows; none without windows."""
     if rows_of.since is None:
         return {}
@@ -213,22 +217,26 @@ def _windows(player: RecordingPlayer, rows_of: _RowsOf, part: slice, *, counts: 
         own = np.arange(newest - size + 1, newest + 1)
         masks.append(own >= first)
         own = np.maximum(own, first)
-        readings = {number: player.frame(number).pressures for number in range(first, newest + 1)}
-        values.append(np.stack([readings[number] for number in own.tolist()]))
+        frames = [player.frame(number) for number in range(first, newest + 1)]
+        readings = _three(frames, counts=counts) if sheared else _pressures(frames, counts=counts)
+        values.append(readings[own - first])
         times.append(player.times[own] - player.times[newest])
+    windows = np.stack(values)
+    columns = {_WINDOW: windows[..., 0], _THREE_WINDOW: windows} if sheared else {_WINDOW: windows}
+    return columns | {_MASK: np.stack(masks), _TIME: np.stack(times).astype(np.float32)}
+
+
+def _pressures(frames: list[Frame], *, counts: bool) -> NDArray[np.float32]:
+    """Return the pressures (frames, taxels) [Pa], or counts."""
     unit = np.float32(1e-3 if counts else 1.0)  # one count is stored as 1 kPa
-    return {
-        _WINDOW: unit * np.stack(values).astype(np.float32),
-        _MASK: np.stack(masks),
-        _TIME: np.stack(times).astype(np.float32),
-    }
+    return np.asarray(unit * np.stack([frame.pressures for frame in frames]).astype(np.float32))
 
 
 def _three(frames: list[Frame], *, counts: bool) -> NDArray[np.float32]:
-    """Return pressure and shear (frames, taxels, 3)."""
-    pressures = np.stack([frame.pressures for frame in frames])[:, :, None]
-    unit = np.float32(1e-3 if counts else 1.0)  # one count is stored as 1 kPa
-    return np.asarray(unit * np.concatenate([pressures, shear_rows(frames)], axis=2).astype(np.float32))
+    """Return pressure and shear (frames, taxels, 3) [Pa], or counts."""
+    unit = np.float32(1e-3 if counts else 1.0)
+    shear = unit * shear_rows(frames).astype(np.float32)
+    return np.concatenate([_pressures(frames, counts=counts)[:, :, None], shear], axis=2)
 
 
 def _each_tick(rate: int, found: list[Episode]) -> _RowsOf:
@@ -362,9 +370,8 @@ class _Statistics:
         shares = {"q01": 0.01, "q10": 0.1, "q50": 0.5, "q90": 0.9, "q99": 0.99}
         sample = np.stack(self._samples[key])
         found |= {name: np.quantile(sample, share, axis=0) for name, share in shares.items()}
-        shape = (
-            (3, 1, 1) if key == _VIDEO else (window, -1) if key == _WINDOW else (-1, 3) if key == _THREE else low.shape
-        )
+        shapes = {_VIDEO: (3, 1, 1), _WINDOW: (window, -1), _THREE: (-1, 3), _THREE_WINDOW: (window, -1, 3)}
+        shape = shapes.get(key, low.shape)
         return {name: values.reshape(shape).tolist() for name, values in found.items()} | {"count": [count]}
 
 
@@ -466,9 +473,42 @@ def _places(skin: Skin) -> dict[str, Any]:
 def _info(
     player: RecordingPlayer, rows_of: _RowsOf, size: tuple[int, ...], *, counts: bool, sheared: bool
 ) -> dict[str, Any]:
+    """Return the content of ``meta/info.json``."""
     prepared = player.prepared
-    rate = rows_of.rate
     found = rows_of.episodes
+    features = _value_features(prepared)
+    if sheared:
+        features |= _shear_features(prepared)
+    if rows_of.since is not None:
+        features |= _window_features(rows_of.window, len(prepared.skin), sheared=sheared)
+    features[_VIDEO] = _video_feature(size, rows_of.rate)
+    for key in _INDEX:
+        features[key] = {"dtype": "float32" if key == "timestamp" else "int64", "shape": [1], "names": None}
+    return {
+        "codebase_version": "v3.0",
+        "robot_type": prepared.robot.name,
+        "total_episodes": len(found),
+        "total_frames": len(rows_of.frames),
+        "total_tasks": len(_tasks(found)),
+        "chunks_size": 1000,
+        "data_files_size_in_mb": 100,
+        "video_files_size_in_mb": 200,
+        "fps": rows_of.rate,
+        "splits": {"train": f"0:{len(found)}"},
+        "data_path": "data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet",
+        "video_path": "videos/{video_key}/chunk-{chunk_index:03d}/file-{file_index:03d}.mp4",
+        "features": features,
+        "tactile_maps": {
+            "complete": player.complete,
+            "damage": [one.kind.value for one in player.damage],
+            "tactile_unit": "counts" if counts else "Pa",
+            "measured": player.measured,
+        },
+    }
+
+
+def _value_features(prepared: PreparedScene) -> dict[str, Any]:
+    """Return the features of joints and pressures."""
     joints = [joint.name for joint in prepared.robot.joints]
     names = {"observation.tactile": taxel_labels(prepared.skin)}
     features: dict[str, Any] = {
@@ -477,21 +517,39 @@ def _info(
         if names.get(key, joints)
     }
     features["observation.tactile"]["info"] = _places(prepared.skin)
-    if sheared:
-        three = {"axes": ["p", "t1", "t2"], "tangents": np.round(taxel_frames(prepared.map)[:, 0], 6).tolist()}
-        features[_THREE] = {
+    return features
+
+
+def _shear_features(prepared: PreparedScene) -> dict[str, Any]:
+    """Return the feature of pressure and shear."""
+    tangents = np.round(taxel_frames(prepared.map)[:, 0], 6).tolist()
+    return {
+        _THREE: {
             "dtype": "float32",
             "shape": [len(prepared.skin), 3],
             "names": ["taxel", "axis"],
-            "info": three,
+            "info": {"axes": ["p", "t1", "t2"], "tangents": tangents},
         }
-    if rows_of.since is not None:
-        size_of = [rows_of.window, len(prepared.skin)]
-        padding = {"order": "oldest first", "padding": "the oldest reading, at the front, where the mask is False"}
-        features[_WINDOW] = {"dtype": "float32", "shape": size_of, "names": ["reading", "taxel"], "info": padding}
-        features[_MASK] = {"dtype": "bool", "shape": size_of[:1], "names": None}
-        features[_TIME] = {"dtype": "float32", "shape": size_of[:1], "names": None, "info": {"unit": "s"}}
-    features[_VIDEO] = {
+    }
+
+
+def _window_features(window: int, taxels: int, *, sheared: bool) -> dict[str, Any]:
+    """Return the features of windows of this number of readings."""
+    padding = {"order": "oldest first", "padding": "the oldest reading, at the front, where the mask is False"}
+    features: dict[str, Any] = {
+        _WINDOW: {"dtype": "float32", "shape": [window, taxels], "names": ["reading", "taxel"], "info": padding},
+        _MASK: {"dtype": "bool", "shape": [window], "names": None},
+        _TIME: {"dtype": "float32", "shape": [window], "names": None, "info": {"unit": "s"}},
+    }
+    if sheared:
+        names = ["reading", "taxel", "axis"]
+        features[_THREE_WINDOW] = {"dtype": "float32", "shape": [window, taxels, 3], "names": names, "info": padding}
+    return features
+
+
+def _video_feature(size: tuple[int, ...], rate: int) -> dict[str, Any]:
+    """Return the feature of the film of the tactile image."""
+    return {
         "dtype": "video",
         "shape": [*size, 3],
         "names": ["height", "width", "channels"],
@@ -504,28 +562,5 @@ def _info(
             "video.pix_fmt": "yuv420p",
             "video.is_depth_map": False,
             "has_audio": False,
-        },
-    }
-    for key in _INDEX:
-        features[key] = {"dtype": "float32" if key == "timestamp" else "int64", "shape": [1], "names": None}
-    return {
-        "codebase_version": "v3.0",
-        "robot_type": prepared.robot.name,
-        "total_episodes": len(found),
-        "total_frames": len(rows_of.frames),
-        "total_tasks": len(_tasks(found)),
-        "chunks_size": 1000,
-        "data_files_size_in_mb": 100,
-        "video_files_size_in_mb": 200,
-        "fps": rate,
-        "splits": {"train": f"0:{len(found)}"},
-        "data_path": "data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet",
-        "video_path": "videos/{video_key}/chunk-{chunk_index:03d}/file-{file_index:03d}.mp4",
-        "features": features,
-        "tactile_maps": {
-            "complete": player.complete,
-            "damage": [one.kind.value for one in player.damage],
-            "tactile_unit": "counts" if counts else "Pa",
-            "measured": player.measured,
         },
     }

@@ -1,10 +1,13 @@
 """A running session in Foxglove and Lichtblick: a WebSocket server with the same messages as recordings.
 
+The topic ``/skin/contacts`` has the wrenches of the contacts as JSON, with the fields of the message in ROS 2 bags.
+
 By default it listens on this computer only. Viewers are read-only: nothing that they send is used.
 """
 
 from __future__ import annotations
 
+import json
 import logging
 import time
 from collections.abc import Callable
@@ -13,15 +16,22 @@ import foxglove
 from foxglove.websocket import ChannelView, Client, ServerListener
 
 from tactile_maps.core.errors import ExportError
+from tactile_maps.export.contact_messages import CONTACTS_SCHEMA, CONTACTS_TYPE, contacts_json
 from tactile_maps.export.live_viewer import LiveViewer
 from tactile_maps.maps.model.tactile_map import TactileMap
-from tactile_maps.recording.encoding.viewer_messages import ENCODING, ROBOT_TOPIC, ViewerMessages
+from tactile_maps.recording.encoding.viewer_messages import (
+    CONTACTS_TOPIC,
+    ENCODING,
+    ROBOT_TOPIC,
+    ViewerMessages,
+)
 from tactile_maps.session.frame import Frame
 from tactile_maps.session.prepare import PreparedScene
 
 LOOPBACK = "127.0.0.1"
 PORT = 8765
 """Default port of viewers."""
+_WRENCHES = "/skin/contacts"
 _DRIFT_NS = 500_000_000
 """Maximum deviation of the messages' times from the wall clock [ns]; the times restart when it is exceeded."""
 
@@ -73,6 +83,10 @@ class LiveServer(LiveViewer):
             )
             for topic, schema in self._messages.schemas.items()
         }
+        schema = foxglove.Schema(
+            name=CONTACTS_TYPE, encoding="jsonschema", data=json.dumps(CONTACTS_SCHEMA).encode("utf8")
+        )
+        self._wrenches = foxglove.Channel(_WRENCHES, message_encoding="json", schema=schema, context=context)
         self._last = -1
         self._thread.start()
 
@@ -130,6 +144,9 @@ class LiveServer(LiveViewer):
         at = self._started + self._after(frame.tick)
         for topic, data in messages:
             self._channels[topic].log(data, log_time=at)
+            if topic == CONTACTS_TOPIC:  # sent at the same rate
+                text = json.dumps(contacts_json(frame, self._prepared.skin, at), allow_nan=False)
+                self._wrenches.log(text.encode("utf8"), log_time=at)
 
 
 class _Listener(ServerListener):

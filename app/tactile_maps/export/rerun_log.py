@@ -93,8 +93,8 @@ class RerunLog:
         for link in dict.fromkeys(patch.link for patch in self._prepared.skin.patches):
             own = [region for region in frame.regions if region.link == link]
             arrows = self._rr.Arrows3D(
-                origins=[one.link_position + _METRES_A_NEWTON * one.force * one.link_normal for one in own],
-                vectors=[-_METRES_A_NEWTON * one.force * one.link_normal for one in own],
+                origins=[one.link_position - _METRES_A_NEWTON * one.force_vector for one in own],
+                vectors=[_METRES_A_NEWTON * one.force_vector for one in own],
                 colors=[(31, 119, 180)] * len(own),
                 labels=[frame.units.contact_words(one.force, one.peak, 2, space=" ") for one in own],
             )

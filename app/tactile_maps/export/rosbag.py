@@ -285,7 +285,7 @@ class _Bag:
     def _markers(self, frame: Frame) -> Any:
         markers = [self._marker(frame.tick, _WORLD, 0, _DELETE_ALL, [], "")]
         for region in frame.regions:
-            ends = [region.link_position + _METRES_A_NEWTON * region.force * region.link_normal, region.link_position]
+            ends = [region.link_position - _METRES_A_NEWTON * region.force_vector, region.link_position]
             words = frame.units.contact_words(region.force, region.peak, 2, space=" ")
             markers.append(self._marker(frame.tick, region.link, region.id, _ADD, ends, words))
         return self._make("visualization_msgs/msg/MarkerArray", markers=markers)

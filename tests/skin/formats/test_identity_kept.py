@@ -62,6 +62,27 @@ def test_format_keeps_further_ids_at_a_place(tmp_path, ending):
     assert merged == set(map(frozenset, expected))
 
 
+@pytest.mark.parametrize("ending", [".csv", ".json", ".npz"])
+def test_format_keeps_the_length_of_the_stream(tmp_path, ending):
+    write_taxels(hard(stream=384), tmp_path / f"set{ending}")
+    assert read_taxels(tmp_path / f"set{ending}").stream == 384
+    write_taxels(hard(), tmp_path / f"other{ending}")
+    assert read_taxels(tmp_path / f"other{ending}").stream is None
+
+
+def test_contradictory_length_of_a_stream_is_refused(tmp_path):
+    path = tmp_path / "set.csv"
+    path.write_text("x,y,z,id,stream\n0,0,0.1,4,384\n0.1,0,0,5,300\n0,0.1,0,6,384\n")
+    with pytest.raises(SkinError, match=r"line 3, column stream: stream must be the same for all taxels.*384.*300"):
+        read_taxels(path)
+    write_taxels(hard(), tmp_path / "set.json")
+    document = json.loads((tmp_path / "set.json").read_text())
+    document["skin"]["stream"] = -1
+    (tmp_path / "set.json").write_text(json.dumps(document))
+    with pytest.raises(SkinError, match=r"skin, stream.*positive whole number.*-1"):
+        read_taxels(tmp_path / "set.json")
+
+
 @pytest.mark.parametrize(("ending", "problem"), [(".csv", "line 2, column aliases"), (".json", "skin, taxel 0")])
 def test_further_ids_that_are_no_ids_are_refused_with_their_place(tmp_path, ending, problem):
     text = "x,y,z,id,aliases\n0,0,0.1,4,5 -6\n0.1,0,0,5,\n0,0.1,0,6,\n"

@@ -12,6 +12,7 @@ from PySide6.QtWidgets import (
     QListWidget,
     QListWidgetItem,
     QPushButton,
+    QSpinBox,
     QVBoxLayout,
     QWidget,
 )
@@ -20,9 +21,11 @@ from tactile_maps.export.export import FORMATS
 from tactile_widgets.common.make import make
 from tactile_widgets.dialogs.figures.span_fields import SpanFields
 
+_MOST_FPS = 10_000
+
 
 class ExportDialog(QDialog):
-    """Format and range of an export.
+    """Format, range and rows per second of an export.
 
     Args:
         duration: Duration of the recording [s].
@@ -32,10 +35,11 @@ class ExportDialog(QDialog):
     Attributes:
         formats: List of the formats.
         part: Fields of the range.
+        fps: Rows per second, enabled for formats that have them; 0 for a row for each reading.
     """
 
-    requested = Signal(str, object)
-    """Name of the format, and start and end [s], None for the whole recording."""
+    requested = Signal(str, object, object)
+    """Name of the format; start and end [s], None for the whole recording; rows per second, None for all readings."""
 
     def __init__(self, duration: float, span: tuple[float, float] | None, parent: QWidget) -> None:
         super().__init__(parent)
@@ -44,6 +48,9 @@ class ExportDialog(QDialog):
         self.setWindowTitle("Export recording")
         self.formats = make(QListWidget, self, objectName="export-format", accessibleName="Format")
         self.part = SpanFields(duration, span, self)
+        self.fps = make(QSpinBox, self, objectName="export-fps", accessibleName="Rows per second", maximum=_MOST_FPS)
+        self.fps.setSpecialValueText("Every reading")
+        self.fps.setToolTip("LeRobot: a lower rate than that of the readings adds a window of the readings of each row")
         self._missing: dict[str, list[str]] = {}  # titles of formats by the command that installs their packages
         self._fill()
         self.note = make(QLabel, self, role="caption", wordWrap=True)
@@ -59,12 +66,14 @@ class ExportDialog(QDialog):
         form = QFormLayout()
         form.addRow("Format", self.formats)
         self.part.add_to(form)
+        form.addRow("Rows per second", self.fps)
         whole = QVBoxLayout(self)
         whole.addLayout(form)
         whole.addWidget(self.note)
         whole.addWidget(buttons)
         self.resize(520, 0)
         self.part.changed.connect(self._on_changed)
+        self.formats.currentRowChanged.connect(self._on_changed)
         self._on_changed()
 
     def _fill(self) -> None:
@@ -82,6 +91,7 @@ class ExportDialog(QDialog):
 
     def _on_changed(self) -> None:
         self.export.setEnabled(self.part.seconds >= 0)
+        self.fps.setEnabled("fps" in FORMATS[self._format].uses)
         lines = [f"{', '.join(titles)}: {command}" for command, titles in self._missing.items()]
         if self.part.seconds < 0:
             lines = ["The end must not be before the beginning."]
@@ -94,7 +104,11 @@ class ExportDialog(QDialog):
         QGuiApplication.clipboard().setText("\n".join(self._missing))
 
     def _on_accepted(self, _item: object = None) -> None:
-        name = self.formats.currentItem().data(Qt.ItemDataRole.UserRole)
         span = None if self.part.whole else self.part.span
+        fps = self.fps.value() if self.fps.isEnabled() else 0
         self.accept()
-        self.requested.emit(name, span)
+        self.requested.emit(self._format, span, fps or None)
+
+    @property
+    def _format(self) -> str:
+        return str(self.formats.currentItem().data(Qt.ItemDataRole.UserRole))

@@ -91,6 +91,12 @@ class ContactRegion(ArrayFields):
     shear: ContactShear | None = None
 
     @property
+    def force_vector(self) -> FloatArray:
+        """(3,) force of the touching body on the link [N], frame of the link; normal only if there is no ``shear``."""
+        along = np.zeros(3) if self.shear is None else np.array(self.shear.force)
+        return along - self.force * self.link_normal
+
+    @property
     def force_interval(self) -> tuple[float, float]:
         """Lowest and highest force [N] of the interval that contains the true force of 95 % of contacts."""
         limits = self.force_limits or {"": 2 * self.force_error}

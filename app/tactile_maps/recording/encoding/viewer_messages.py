@@ -47,7 +47,7 @@ WORLD = "world"
 _IMAGE = "/tactile_image"
 _TF = "/tf"
 _JOINTS = "/joint_states"
-_CONTACTS = "/contacts"
+CONTACTS_TOPIC = "/contacts"
 ROBOT_TOPIC = "/robot"
 _EVENTS = "/events"
 _METRES_A_NEWTON = 0.02
@@ -140,7 +140,7 @@ class ViewerMessages:
             )
         ]
         messages.append((_JOINTS, fox.JointStates(timestamp=time, joints=joints).encode()))
-        messages.append((_CONTACTS, _contacts(frame.regions, time, frame.units)))
+        messages.append((CONTACTS_TOPIC, _contacts(frame.regions, time, frame.units)))
         return messages
 
     def of_failure(self, failure: Failure) -> list[Message]:
@@ -202,7 +202,7 @@ def viewer_schemas(prepared: PreparedScene) -> dict[str, Schema]:
         _IMAGE: fox.RawImage,
         _TF: fox.FrameTransforms,
         _JOINTS: fox.JointStates,
-        _CONTACTS: fox.SceneUpdate,
+        CONTACTS_TOPIC: fox.SceneUpdate,
         ROBOT_TOPIC: fox.SceneUpdate,
         _EVENTS: fox.Log,
     }
@@ -294,12 +294,15 @@ def _contacts(regions: Sequence[ContactRegion], time: fox.Timestamp, units: Read
 
 
 def _contact(region: ContactRegion, time: fox.Timestamp, units: ReadingUnits) -> fox.SceneEntity:
-    """Return an arrow that ends on the skin, the ellipse of the region's second moments, and its force in words."""
+    """Return an arrow of the force that ends on the skin, the ellipse of the region's second moments, and its words."""
     centre = region.link_position
     normal = region.link_normal
-    length = max(_METRES_A_NEWTON * region.force, 0.002)
+    force = region.force_vector
+    strength = float(np.linalg.norm(force))
+    direction = force / strength if strength > 0 else -normal
+    length = max(_METRES_A_NEWTON * strength, 0.002)
     arrow = fox.ArrowPrimitive(
-        pose=_pose((centre + length * normal).tolist(), _turn_from_x((-normal).tolist())),
+        pose=_pose((centre - length * direction).tolist(), _turn_from_x(direction.tolist())),
         shaft_length=0.75 * length,
         shaft_diameter=0.004,
         head_length=0.25 * length,
@@ -316,7 +319,7 @@ def _contact(region: ContactRegion, time: fox.Timestamp, units: ReadingUnits) ->
         color=_CONTACT_COLOUR,
     )
     text = fox.TextPrimitive(
-        pose=_pose((centre + (length + 0.01) * normal).tolist()),
+        pose=_pose((centre - length * direction + 0.01 * normal).tolist()),
         billboard=True,
         font_size=14.0,
         scale_invariant=True,

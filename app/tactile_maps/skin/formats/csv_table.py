@@ -3,10 +3,11 @@
 Columns: ``x y z``, and optionally ``nx ny nz`` (outward normal), ``axes`` (1 or 3), ``t1x t1y t1z`` and ``t2x t2y t2z``
 (tangents of the frame of a taxel), ``u v`` (position on a map), ``area``, ``taxel`` (number), ``id`` (hardware id;
 without this column, ``taxel``), ``aliases`` (further ids at this place, separated by blanks), ``module``, ``channel``,
-``name`` and ``link``. Common synonyms are accepted (``pos_x``, ``normal_x``, ``taxel_id``, ``body``...). A unit follows
-the name: ``x_mm``, ``x [mm]``, ``area (mm2)``. Lengths without a unit are metres, or millimetres with a finding if
-metres are implausible. Without a line of names, three columns are positions and six are positions and normals. Lines
-that start with # are comments.
+``stream`` (number of values in a vendor's stream without ids, the same for all taxels of a link), ``name`` and
+``link``. Common synonyms are accepted (``pos_x``, ``normal_x``, ``taxel_id``, ``body``...). A unit follows the name:
+``x_mm``, ``x [mm]``, ``area (mm2)``. Lengths without a unit are metres, or millimetres with a finding if metres are
+implausible. Without a line of names, three columns are positions and six are positions and normals. Lines that start
+with # are comments.
 """
 
 from __future__ import annotations
@@ -45,7 +46,7 @@ _T2 = ("t2x", "t2y", "t2z")
 _POINT = ("u", "v")
 _LENGTHS = _POSITION + _POINT
 _WHOLE = ("taxel", "id", "module", "channel")
-_KNOWN = (*_POSITION, *_NORMAL, "axes", *_T1, *_T2, *_POINT, "area", *_WHOLE, "aliases", "name", "link")
+_KNOWN = (*_POSITION, *_NORMAL, "axes", *_T1, *_T2, *_POINT, "area", *_WHOLE, "aliases", "stream", "name", "link")
 _SQUARE_METRES = {f"{unit}{square}": metres**2 for unit, metres in METRES.items() for square in ("2", "²", "^2")}
 _UNIT = re.compile(r"^(?P<name>.+?)(?:[_/](?P<after>[a-zµ]+(?:\^?2|²)?)|[\[(]_?(?P<within>[^\])]*?)_?[\])])$")
 _OTHER_NAMES = {
@@ -150,6 +151,8 @@ def _columns(taxels: TaxelSet) -> dict[str, list[object]]:
     if taxels.aliases is not None:
         further = further_ids(taxels.aliases, len(taxels))
         columns["aliases"] = [" ".join(map(str, ids)) for ids in further]
+    if taxels.stream is not None:
+        columns["stream"] = [taxels.stream] * len(taxels)
     if taxels.names is not None:
         columns["name"] = [" ".join(name.split()) for name in taxels.names]
     if taxels.link is not None:
@@ -278,6 +281,7 @@ def _taxel_set(table: _Table, rows: TableRows, link: str | None, name: str) -> T
         channels=channels,
         names=_names(table, rows),
         aliases=None if ids is None else _aliases(table, rows),
+        stream=_stream(table, rows),
         findings=tuple(findings),
     )
 
@@ -307,6 +311,23 @@ def _aliases(table: _Table, rows: TableRows) -> IntArray | None:
                 raise _cell_error("must be ids separated by blanks", table, line, "aliases", text.strip())
             found.append((int(word), row))
     return np.array(found, dtype=np.int64) if found else None
+
+
+def _stream(table: _Table, rows: TableRows) -> int | None:
+    """Return the number of values in the stream; None if it is not stated.
+
+    Raises:
+        SkinError: Rows of one link state different numbers.
+    """
+    numbers = _integers(table, rows, "stream")
+    if numbers is None:
+        return None
+    other = numbers != numbers[0]
+    if other.any():
+        line, cells = rows[int(other.argmax())]
+        problem = f"must be the same for all taxels of a link, here {numbers[0]}"
+        raise _cell_error(problem, table, line, "stream", cells[table.columns["stream"]].strip())
+    return int(numbers[0])
 
 
 def _names(table: _Table, rows: TableRows) -> tuple[str, ...] | None:

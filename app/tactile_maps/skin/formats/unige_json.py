@@ -1,10 +1,10 @@
 """Skins and maps in the JSON format (file version 2) of the robot skin library of the University of Genoa.
 
 ``skin`` contains ``taxels`` (id, position x [m], normal n, type, cut; optionally module, channel, name, axes, tangent
-t1, and ``aliases``: a list of further ids at this place) and ``faces`` over them. Each of ``tactile_maps``, a list or a
-single map, contains its own taxels (id, position x on the map [m], type, cut) and faces. Ids are repeated in real
-files, so that taxels are identified by index: a taxel of a map is the taxel of the skin with the same index if all
-their ids agree, and otherwise the next one with its id.
+t1, and ``aliases``: a list of further ids at this place; ``stream`` of a skin: number of values of its stream) and
+``faces`` over them. Each of ``tactile_maps``, a list or a single map, contains its own taxels (id, position x on the
+map [m], type, cut) and faces. Ids are repeated in real files, so that taxels are identified by index: a taxel of a map
+is the taxel of the skin with the same index if all their ids agree, and otherwise the next one with its id.
 
 Real files also state positions in millimetres, and the pose of the skin in its parent frame (``tf_matrix``, 16 numbers
 by columns). Some contain only a map. The positions of their taxels on the body are unknown, but are not needed for the
@@ -131,6 +131,7 @@ def write_unige(file: UnigeFile, path: str | Path) -> None:
         "skin": {
             "n_taxels": len(taxels),
             "n_faces": 0 if taxels.faces is None else len(taxels.faces),
+            **({} if taxels.stream is None else {"stream": taxels.stream}),
             "parent_frames": [frame],
             "taxels": _skin_entries(taxels),
             "faces": [] if taxels.faces is None else taxels.faces.tolist(),
@@ -234,6 +235,7 @@ class _Decoder:
             channels=self._optional(entries, kept, "channel"),
             names=_names([entries[row] for row in kept.tolist()]),
             aliases=_aliases(entries, kept),
+            stream=_stream(skin),
             positions=pose.points(positions),
             normals=None if normals is None else pose.directions(normals),
             axes=axes,
@@ -467,6 +469,14 @@ def _names(entries: Sequence[Mapping[str, Any]]) -> tuple[str, ...] | None:
     """Return the names of the taxels; None unless each has one."""
     names = tuple(name for entry in entries if isinstance(name := entry.get("name"), str))
     return names if len(names) == len(entries) and any(names) else None
+
+
+def _stream(skin: Mapping[str, Any]) -> int | None:
+    """Return the number of values in the vendor's stream; None if it is not stated."""
+    stated = skin.get("stream")
+    if stated is not None and (type(stated) is not int or not 0 < stated < _LARGEST_NUMBER):
+        raise SkinError("must be a positive whole number", place="skin, stream", value=str(stated))
+    return stated
 
 
 def _aliases(entries: Sequence[Mapping[str, Any]], kept: IntArray) -> IntArray | None:

@@ -8,6 +8,7 @@ import sys
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QWidget
 
 from tactile_maps.core.errors import ExportError
 from tactile_maps.export.export import FORMATS
@@ -134,6 +135,7 @@ def test_range_is_exported_in_an_installed_format(window, qtbot, path, tmp_path,
     assert f"{sys.executable} -m pip install" in line
     assert line in items["parquet"].toolTip()
     assert line in dialog.note.text()
+    assert not dialog.fps.isEnabled()
     dialog.formats.setCurrentItem(items["npz"])
     monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(tmp_path / "part.npz"))
     dialog.export.click()
@@ -142,6 +144,23 @@ def test_range_is_exported_in_an_installed_format(window, qtbot, path, tmp_path,
         times = tables["frames.time_s"]
     assert times[-1] - times[0] == pytest.approx(0.1)
     window.live.replay.leave()
+
+
+def test_dialog_requests_rows_per_second_of_a_lerobot_data_set(qtbot):
+    pytest.importorskip("pyarrow")
+    pytest.importorskip("av")
+    parent = QWidget()
+    qtbot.addWidget(parent)
+    dialog = ExportDialog(1.0, None, parent)
+    requested = []
+    dialog.requested.connect(lambda *values: requested.append(values))
+    items = {dialog.formats.item(row).data(Qt.ItemDataRole.UserRole): row for row in range(dialog.formats.count())}
+    dialog.formats.setCurrentRow(items["lerobot"])
+    assert dialog.fps.isEnabled()
+    assert dialog.fps.text() == "Every reading"
+    dialog.fps.setValue(10)
+    dialog.export.click()
+    assert requested == [("lerobot", None, 10)]
 
 
 @pytest.mark.long

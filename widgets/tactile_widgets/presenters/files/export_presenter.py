@@ -82,7 +82,7 @@ class ExportPresenter(Presenter):
         dialog.requested.connect(partial(self._choose_target, str(player.path)))
         dialog.open()
 
-    def _choose_target(self, source: str, name: str, span: tuple[float, float] | None) -> None:
+    def _choose_target(self, source: str, name: str, span: tuple[float, float] | None, fps: int | None) -> None:
         from tactile_maps.export.export import FORMATS
 
         form = FORMATS[name]
@@ -90,25 +90,41 @@ class ExportPresenter(Presenter):
         proposed = f"{Path(source).stem}{form.ending or f' {form.name}'}"
         target = self._context.dialogs.save_file("Export recording", proposed, kinds)
         if target:
-            self.export(source, form, target, span=span)
+            self.export(source, form, target, span=span, fps=fps)
 
-    def export(self, source: str, form: ExportFormat, target: str, *, span: tuple[float, float] | None = None) -> None:
-        """Start an export of a recording, or of its part from start to end [s]; progress and result are shown."""
+    def export(
+        self,
+        source: str,
+        form: ExportFormat,
+        target: str,
+        *,
+        span: tuple[float, float] | None = None,
+        fps: int | None = None,
+    ) -> None:
+        """Start an export of a recording, or of its part from start to end [s]; progress and result are shown.
+
+        ``fps`` is the number of rows per second, None for a row for each reading.
+        """
         path = Path(target)
         path = path if path.suffix or not form.ending else path.with_suffix(form.ending)
         self._cancelled.clear()
         self._progress.show("Exporting", 0.0)
-        work = partial(self._work, source, form, path, span)
+        work = partial(self._work, source, form, path, span, fps)
         self._thread = threading.Thread(target=work, name="export", daemon=True)
         self._thread.start()
 
-    def _work(self, source: str, form: ExportFormat, path: Path, span: tuple[float, float] | None) -> None:
+    def _work(
+        self, source: str, form: ExportFormat, path: Path, span: tuple[float, float] | None, fps: int | None
+    ) -> None:
         """Export on the thread."""
-        from tactile_maps.export.export import export_recording
+        from tactile_maps.export.export import ExportOptions, export_recording
 
         try:
             # The dialog has asked whether a file may be replaced.
-            player = export_recording(source, path, to=form.name, span=span, overwrite=True, progress=self._on_step)
+            options = ExportOptions(fps=fps)
+            player = export_recording(
+                source, path, to=form.name, options=options, span=span, overwrite=True, progress=self._on_step
+            )
         except _CancelledError:
             self._ended.emit("", False)
         except TactileMapsError as error:
