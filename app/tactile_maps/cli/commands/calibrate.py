@@ -1,4 +1,4 @@
-"""``calibrate``: fit the curve of each taxel to a log of known loads."""
+"""``calibrate``: fit the curve of each taxel to a log of known loads, or its matrix to one of force vectors."""
 
 from __future__ import annotations
 
@@ -10,11 +10,18 @@ import numpy as np
 
 from tactile_maps.cli.shared.output import print_fields, print_json, print_warning, progress_line
 from tactile_maps.cli.shared.scenes import scene_from_arguments
+from tactile_maps.core.arrays import IntArray
 from tactile_maps.core.errors import LiveError, UsageError
 from tactile_maps.core.progress import part_of_progress
 from tactile_maps.live.channels.calibration import save_calibration
 from tactile_maps.live.channels.calibration_log import read_calibration_log
 from tactile_maps.live.channels.force_calibration import CurveKind, ForceCalibration, fit_force
+from tactile_maps.live.channels.matrix_calibration import (
+    MatrixCalibration,
+    fit_matrices,
+    has_force_vectors,
+    read_force_vectors,
+)
 from tactile_maps.session.prepare import load_robot_and_skin
 from tactile_maps.skin.model.skin import Skin
 
@@ -31,6 +38,8 @@ def execute(arguments: argparse.Namespace) -> int:
     progress = progress_line()
     scene = scene_from_arguments(arguments)
     _, skin = load_robot_and_skin(scene, progress=part_of_progress(progress, 0.0, 0.5))
+    if has_force_vectors(arguments.input):
+        return _calibrate_matrices(arguments, skin)
     log = read_calibration_log(arguments.input, skin)
     try:
         found = fit_force(
@@ -62,6 +71,61 @@ def execute(arguments: argparse.Namespace) -> int:
     return 0
 
 
+def _calibrate_matrices(arguments: argparse.Namespace, skin: Skin) -> int:
+    """Fit matrices to a log of force vectors, print how good they are, and save them."""
+    log = read_force_vectors(arguments.input, skin)
+    try:
+        found = fit_matrices(log, skin, folds=arguments.folds, seed=arguments.seed, changes=arguments.changes)
+    except LiveError as error:
+        raise error.at(file=arguments.input) from error
+    if arguments.output:
+        save_calibration(found.calibration, arguments.output)
+    if len(found.pooled):
+        print_warning(_too_few_rows(found.pooled, skin, "matrix"))
+    facts = _matrix_facts(found, len(log.forces))
+    if arguments.report:
+        from tactile_maps.cli.shared.pages import write_fact_page
+
+        write_fact_page(arguments.report, f"Calibration with {arguments.input}", facts, tables={})
+    if arguments.json:
+        figures = {
+            "taxels": len(skin),
+            "error": found.error.tolist(),
+            "independent_error": found.independent_error.tolist(),
+            "unit": "N",
+            "largest": found.largest,
+            "pooled": found.pooled.tolist(),
+            "uncertainty": found.uncertainty.tolist(),
+        }
+        print_json({**figures, "rows": len(log.forces), "file": arguments.output})
+    else:
+        print_fields(facts | ({"Written to": arguments.output} if arguments.output else {}))
+    return 0
+
+
+def _matrix_facts(found: MatrixCalibration, rows: int) -> dict[str, str]:
+    parts = ("normal", "t1", "t2")
+    errors, independent = (
+        ", ".join(f"{part} {error:.3g}" for part, error in zip(parts, values.tolist(), strict=True)) + " N"
+        for values in (found.error, found.independent_error)
+    )
+    own = np.isfinite(found.uncertainty)
+    return {
+        "Rows": f"{rows}, up to {found.largest:.3g} N",
+        "Matrices": f"{own.sum()} of single taxels",
+        "Error": f"{errors} (root mean square of held-out rows)",
+        "Independent": f"{independent} with a gain for each channel",
+        "Uncertainty": f"{100 * np.median(found.uncertainty[own]):.2g} % of the matrix (standard error, median)",
+    }
+
+
+def _too_few_rows(pooled: IntArray, skin: Skin, kind: str) -> str:
+    names = [str(skin.taxel_name(one)) or f"taxel {one}" for one in pooled[:_NAMED].tolist()]
+    more = len(pooled) - len(names)
+    text = ", ".join(names) + (f" and {more} more" if more else "")
+    return f"{len(pooled)} taxels have too few rows and get the common {kind} of the others: {text}"
+
+
 def _facts(found: ForceCalibration, rows: int) -> dict[str, str]:
     unit = "Pa" if found.pressure else "N"
     kinds = Counter(found.kinds)
@@ -83,10 +147,7 @@ def _facts(found: ForceCalibration, rows: int) -> dict[str, str]:
 def _warnings(found: ForceCalibration, skin: Skin) -> list[str]:
     warnings = []
     if len(found.pooled):
-        names = [str(skin.taxel_name(one)) or f"taxel {one}" for one in found.pooled[:_NAMED].tolist()]
-        more = len(found.pooled) - len(names)
-        text = ", ".join(names) + (f" and {more} more" if more else "")
-        warnings.append(f"{len(found.pooled)} taxels have too few rows and get the common curve of the others: {text}")
+        warnings.append(_too_few_rows(found.pooled, skin, "curve"))
     count = int((found.branch_gain > _BRANCHES).sum())
     if count:
         share = 100 * np.nanmedian(found.branch_gain[found.branch_gain > _BRANCHES])
