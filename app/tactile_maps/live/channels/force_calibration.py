@@ -127,6 +127,72 @@ def fit_force(
         raise LiveError("the number of folds is out of range", value=folds, remedy="Choose 2 to 20")
     if log.readings.shape[1] != len(skin):
         raise LiveError("the log is of another skin", value=f"{log.readings.shape[1]} taxels for {len(skin)}")
+    loads = _felt_loads(log, skin, changes=changes)
+    own = np.flatnonzero(loads.loaded.sum(axis=0) >= LEAST_ROWS)
+    if not len(own):
+        found = f"at most {loads.loaded.sum(axis=0).max()}"
+        remedy = f"Log at least {LEAST_ROWS} rows of one taxel under load"
+        raise LiveError("no taxel has enough rows", value=found, remedy=remedy)
+    random = np.random.default_rng(seed)
+    if loads.joint:
+        fold = _folds_of(log.loads, folds, random)
+        loaded = loads.loaded & np.isin(np.arange(len(skin)), own)
+        fits, errors = _fit_jointly(log.loads, loads.felt, loads.areas, loaded, fold, progress)
+    else:
+        fits = _fit_each(log.loads, loads, own, folds, random, progress)
+        errors = _errors(fits, loads.areas)
+    branches = np.full((2, len(skin)), np.nan)
+    branches[:, own] = np.transpose(
+        [_branches(log.loads[loads.loaded[:, one]], loads.felt[loads.loaded[:, one], one], fits[one]) for one in fits]
+    )
+    pooled = np.setdiff1d(np.arange(len(skin)), own)
+    offset = loads.offset
+    sign = loads.sign
+    if len(pooled):
+        fits |= dict.fromkeys(pooled.tolist(), _common_fit(loads, own, fits))
+        offset = np.where(np.isfinite(offset), offset, np.median(offset[own]))
+        sign = np.where(np.isin(np.arange(len(skin)), pooled), 1.0 if sign[own].sum() >= 0 else -1.0, sign)
+    ordered = [fits[taxel] for taxel in range(len(skin))]
+    return ForceCalibration(
+        _calibration(ordered, sign, offset),
+        tuple(fit.kind for fit in ordered),
+        loads.loaded.sum(axis=0),
+        np.array([fit.uncertainty_with(one) for fit, one in zip(ordered, loads.offset_error.tolist(), strict=True)]),
+        branches[0],
+        branches[1],
+        pooled,
+        errors[None],
+        {kind: errors[kind] for kind in CurveKind},
+        float(log.loads.max()),
+        log.pressure,
+    )
+
+
+class _FeltLoads(NamedTuple):
+    """Readings and loads of a log, prepared for the fit.
+
+    Attributes:
+        offset: (taxels,) readings at zero load; NaN for taxels without readings.
+        offset_error: (taxels,) their standard errors.
+        sign: (taxels,) direction in which the readings change under load, 1 or -1.
+        felt: (m, taxels) changes of the readings in that direction, at least 0.
+        areas: (taxels,) areas [m²], or 1 if the loads are pressures.
+        targets: (m, taxels) pressures at which the readings were taken [Pa].
+        loaded: (m, taxels) rows that count for each taxel.
+        joint: Whether several taxels share a force.
+    """
+
+    offset: FloatArray
+    offset_error: FloatArray
+    sign: FloatArray
+    felt: FloatArray
+    areas: FloatArray
+    targets: FloatArray
+    loaded: BoolArray
+    joint: bool
+
+
+def _felt_loads(log: CalibrationLog, skin: Skin, *, changes: bool) -> _FeltLoads:
     offset, noise, offset_error = (np.zeros((3, len(skin)))) if changes else _untouched(log)
     change = log.readings - offset
     sign = np.where(np.nansum(change * log.loads[:, None], axis=0) < 0, -1.0, 1.0)
@@ -137,50 +203,28 @@ def fit_force(
     if joint:
         felt[felt < _NOISE * noise] = 0.0
         targets = _shares(log.loads, felt, areas)
-    loaded = _loaded(targets)
-    own = np.flatnonzero(loaded.sum(axis=0) >= LEAST_ROWS)
-    if not len(own):
-        found = f"at most {loaded.sum(axis=0).max()}"
-        remedy = f"Log at least {LEAST_ROWS} rows of one taxel under load"
-        raise LiveError("no taxel has enough rows", value=found, remedy=remedy)
+    return _FeltLoads(offset, offset_error, sign, felt, areas, targets, _loaded(targets), joint)
 
-    random = np.random.default_rng(seed)
-    if joint:
-        fold = _folds_of(log.loads, folds, random)
-        fits, errors = _fit_jointly(log.loads, felt, areas, loaded & np.isin(np.arange(len(skin)), own), fold, progress)
-    else:
-        fits = {}
-        for number, taxel in enumerate(own.tolist()):
-            progress("Fitting curves", number / len(own))
-            rows = loaded[:, taxel]
-            fold = _folds_of(log.loads[rows], folds, random)
-            fits[taxel] = _fit(felt[rows, taxel], targets[rows, taxel], fold)
-        errors = _errors(fits, areas)
-    branches = [_branches(log.loads[loaded[:, one]], felt[loaded[:, one], one], fits[one]) for one in fits]
-    measured = np.full((2, len(skin)), np.nan)
-    measured[:, own] = np.transpose(branches)
-    pooled = np.setdiff1d(np.arange(len(skin)), own)
-    if len(pooled):
-        x = np.concatenate([felt[loaded[:, one], one] for one in own])
-        y = np.concatenate([fit.targets for fit in fits.values()])
-        common = _fit(x, y, np.concatenate([fit.fold for fit in fits.values()]))
-        fits |= {taxel: common._replace(uncertainty=np.nan) for taxel in pooled.tolist()}
-        offset = np.where(np.isfinite(offset), offset, np.median(offset[own]))
-        sign[pooled] = 1.0 if sign[own].sum() >= 0 else -1.0
-    ordered = [fits[taxel] for taxel in range(len(skin))]
-    return ForceCalibration(
-        _calibration(ordered, sign, offset),
-        tuple(fit.kind for fit in ordered),
-        loaded.sum(axis=0),
-        np.array([fit.uncertainty_with(one) for fit, one in zip(ordered, offset_error.tolist(), strict=True)]),
-        measured[0],
-        measured[1],
-        pooled,
-        errors[None],
-        {kind: errors[kind] for kind in CurveKind},
-        float(log.loads.max()),
-        log.pressure,
-    )
+
+def _fit_each(
+    loads: FloatArray, felt: _FeltLoads, own: IntArray, folds: int, random: np.random.Generator, progress: Progress
+) -> dict[int, _Fit]:
+    """Fit the curves of taxels ``own`` (k,) one by one."""
+    fits = {}
+    for number, taxel in enumerate(own.tolist()):
+        progress("Fitting curves", number / len(own))
+        rows = felt.loaded[:, taxel]
+        fold = _folds_of(loads[rows], folds, random)
+        fits[taxel] = _fit(felt.felt[rows, taxel], felt.targets[rows, taxel], fold)
+    return fits
+
+
+def _common_fit(loads: _FeltLoads, own: IntArray, fits: Mapping[int, _Fit]) -> _Fit:
+    """Fit one curve to the rows of all taxels ``own`` (k,), for taxels with too few rows."""
+    x = np.concatenate([loads.felt[loads.loaded[:, one], one] for one in own])
+    y = np.concatenate([fit.targets for fit in fits.values()])
+    common = _fit(x, y, np.concatenate([fit.fold for fit in fits.values()]))
+    return common._replace(uncertainty=np.nan)
 
 
 class _Fit(NamedTuple):
