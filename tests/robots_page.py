@@ -156,12 +156,12 @@ def _method(found: Sequence[Row]) -> Iterator[str]:
         f"{len(found)} trials on {len(names)} robots, measured on {' and '.join(dates)}. Number of trials of "
         f"each robot: press {press}, figure of eight {path}, pushed {pushed}. These are few: a share of all robots "
         "means more than the result of one. Small arm, medium arm, large arm, finger and leg are generated; the others "
-        "are published models. Presses and pushes of icub, panda, iiwa, kinova3 and xarm7 were measured before "
+        "are published models. Presses and pushes of panda, iiwa and xarm7 were measured before "
         "the control of soft joints was changed, everything else after. Figures of eight of large "
         "arm were measured before the yielding of soft joints to friction was made up for. Those of panda, iiwa, xarm7 "
-        "and so101, and all trials of the allegro hand (joint damping of 3 to 10 N m s/rad, up to 12 times the "
-        "requested one), were measured last, when such joints were held more stiffly. The so101 follows a smaller "
-        "figure than before, since the ball touched a hollow of its gripper at two places."
+        "and so101, and all trials of icub, kinova3 and the allegro hand (joint damping of 3 to 10 N m s/rad, up to 12 "
+        "times the requested one), were measured last, when such joints were held more stiffly. The so101 follows a "
+        "smaller figure than before, since the ball touched a hollow of its gripper at two places."
     )
     yield "## Conditions"
     conditions = (
