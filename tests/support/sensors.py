@@ -8,12 +8,14 @@ import pytest
 from tactile_maps.core.errors import SimulationError
 from tactile_maps.skin.model.skin import Patch, Quadrature, Skin, Taxels
 from tactile_maps.tactile.sensors.sensor_effects import (
-    SENSOR_KEYS,
+    STAGE_KEYS,
     AreaAveraging,
+    AxisCrosstalk,
     Crosstalk,
     DeadTaxels,
     GainSpread,
     Hysteresis,
+    Misorientation,
     Noise,
     OffsetDrift,
     Quantisation,
@@ -27,6 +29,8 @@ from tests.support.surfaces import sheet
 
 ALL_ON = SensorEffects(
     AreaAveraging(),
+    Misorientation(),
+    AxisCrosstalk(),
     Crosstalk(),
     Hysteresis(),
     GainSpread(),
@@ -39,7 +43,7 @@ ALL_ON = SensorEffects(
     Sampling(),
 )
 """All effects, with values of a ROBOSKIN-like skin and a few stuck taxels."""
-STAGES = tuple(key for key in SENSOR_KEYS if key != "area_averaging")
+STAGES = STAGE_KEYS
 """Field names of the effects that are stages of the sensor chain."""
 
 

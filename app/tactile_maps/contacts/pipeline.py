@@ -362,6 +362,7 @@ class ContactPipeline:
             if self._shear is None:
                 self._shear = ShearEstimator(self._map, self._friction)
             self._shear.noise = self._detector.errors.noise
+            self._shear.axis_errors = self._detector.errors.effects.axis_errors
             regions = self._shear.read(time, regions, pressures, shear)
         self._events.read(tick, time, regions, awaited=self._forces.awaited)
         return regions

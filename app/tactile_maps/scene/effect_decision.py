@@ -185,6 +185,15 @@ def _sensor(why: str) -> EffectRule:
     return rule
 
 
+def _of_axes(why: str) -> EffectRule:
+    usual = _sensor(why)
+
+    def rule(needs: Needs, above: DecidedAbove) -> ValueAndReason:
+        return usual(needs, above) if above["shear"] else (False, "no shear is simulated")
+
+    return rule
+
+
 def _dead_taxels(_needs: Needs, _above: DecidedAbove) -> ValueAndReason:
     return False, "all taxels work unless the scene sets dead ones"
 
@@ -230,6 +239,8 @@ _RULES: Mapping[str, EffectRule] = {
     "time_averaging": _time_averaging,
     "timestep": _timestep,
     "integrator": _integrator,
+    "misorientation": _of_axes("the output is sensor readings: taxels are mounted at an angle"),
+    "axis_crosstalk": _of_axes("the output is sensor readings: the channels of a taxel share its elastomer"),
     "dead_taxels": _dead_taxels,
 } | {key: _sensor(f"the output is sensor readings: {why}") for key, why in _REASONS.items()}
 EFFECT_RULES: Mapping[str, EffectRule] = MappingProxyType({key: _RULES[key] for key in EFFECTS.built_in})

@@ -56,6 +56,8 @@ _SIZES: Mapping[str, _Size] = {
     "area_averaging": lambda averaging, _: (
         f"averages details finer than {2e3 * averaging.radius:.2g} mm; pressure between pads is not read"
     ),
+    "misorientation": lambda turned, _: f"{_share(turned.sd)} of a taxel's pressure is read as shear, and reversed",
+    "axis_crosstalk": lambda mixed, _: f"{_share(mixed.sd)} of a channel is read by another one",
     "crosstalk": lambda crosstalk, _: f"{_share(crosstalk.share)} of a reading; its sum stays",
     "hysteresis": lambda late, _: f"{_share(late.share)} of a change in pressure, gone after {3 * late.seconds:.2g} s",
     "gain_spread": lambda spread, _: f"{_share(spread.sd)} of a taxel's reading",

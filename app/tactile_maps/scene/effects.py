@@ -246,6 +246,8 @@ _ENTRIES = (
     EffectEntry("timestep", "Time step", "Time step of the physics", (), "", (1e-5, 0.02), "s"),
     EffectEntry("integrator", "Integrator", "Numerical integrator of the physics", get_args(Integrator), ""),
     EffectEntry("area_averaging", "Area averaging", "A taxel reads the mean pressure over its pad, not at a point"),
+    EffectEntry("misorientation", "Misorientation", "The frames of three-axis taxels differ from the stated ones"),
+    EffectEntry("axis_crosstalk", "Axis crosstalk", "Pressure and shear of a three-axis taxel leak into each other"),
     EffectEntry("crosstalk", "Crosstalk", "Part of each reading leaks to neighbouring taxels"),
     EffectEntry("hysteresis", "Hysteresis", "Viscoelastic cover: readings lag on loading and unloading"),
     EffectEntry("gain_spread", "Gain spread", "Sensitivity varies between taxels"),

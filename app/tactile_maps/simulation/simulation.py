@@ -36,7 +36,7 @@ from tactile_maps.tactile.models.shear import ShearLoad, ShearModel
 from tactile_maps.tactile.models.water_fill import WaterFillModel
 from tactile_maps.tactile.poke import PokeInput, PokePressed, PokeState
 from tactile_maps.tactile.sensors.sensor_chain import SensorChain
-from tactile_maps.tactile.sensors.sensor_effects import ALIVE, SensorEffects
+from tactile_maps.tactile.sensors.sensor_effects import ALIVE, Readout, SensorEffects, axis_matrices
 
 _POSITIONS = {mujoco.mjtJoint.mjJNT_FREE: 7, mujoco.mjtJoint.mjJNT_BALL: 4}
 _VELOCITIES = {mujoco.mjtJoint.mjJNT_FREE: 6, mujoco.mjtJoint.mjJNT_BALL: 3}
@@ -155,6 +155,8 @@ class Simulation:
         self._touch: ContactModel | None = None
         self._touch = self._build_touch(self._physics, effects)
         self._chain: SensorChain | None = None
+        self._axes: FloatArray | None = None
+        self._mixed: FloatArray | None = None
         self._shear_chains: tuple[SensorChain, ...] = ()
         self._contact_search: RobotContacts | None = None  # built on first use
         self._use_sensor(effects)
@@ -283,7 +285,7 @@ class Simulation:
         touch = self._touch
         if touch is None:
             return ()
-        first = ("touch", lambda _: touch.pressures(self.loads))
+        first = ("touch", lambda _: self._measured(touch.pressures(self.loads)))
         return (first, *(self._chain.stages if self._chain else ()))
 
     def turn_frames(self) -> None:
@@ -301,10 +303,10 @@ class Simulation:
 
         Call it once a tick, after the readings of the pressure.
         """
-        true = self.shear
-        if true is None or not self._shear_chains:
-            return true
-        columns = zip(self._shear_chains, np.ascontiguousarray(true.T), strict=True)
+        felt = self.shear if self._mixed is None or self.shear is None else self._mixed
+        if felt is None or not self._shear_chains:
+            return felt
+        columns = zip(self._shear_chains, np.ascontiguousarray(felt.T), strict=True)
         return np.column_stack([chain.read(column) for chain, column in columns])
 
     @property
@@ -482,9 +484,20 @@ class Simulation:
                 touch.shear.resume(self._shear)
         return touch
 
+    def _measured(self, pressures: FloatArray) -> FloatArray:
+        """Return the pressures (taxels,) that the taxels' channels measure, and store the shear that they measure."""
+        shear = self.shear
+        if self._axes is None or shear is None:
+            self._mixed = None
+            return pressures
+        channels = np.einsum("nij,nj->ni", self._axes, np.column_stack([shear, pressures]))
+        self._mixed = channels[:, :2]
+        return np.ascontiguousarray(channels[:, 2])
+
     def _use_sensor(self, effects: Effects) -> None:
         """Change the sensor's stages; those that stay on keep their state. No stage means no chain."""
-        stages = replace(effects.sensor, area_averaging=None)
+        self._axes = axis_matrices(effects.sensor, Readout(self._skin, self._tick, self._seed))
+        stages = effects.sensor.stages
         if effects.skin == "off" or stages == SensorEffects():
             self._chain = None
             self._shear_chains = ()

@@ -17,6 +17,7 @@ from tactile_maps.core.plugins import Plugin, PluginObject, Registry, guard_call
 from tactile_maps.skin.model.skin import Skin
 from tactile_maps.tactile.sensors.sensor_effects import (
     SENSOR_KEYS,
+    STAGE_KEYS,
     DeadTaxelsStage,
     PluginEffect,
     Readout,
@@ -30,7 +31,6 @@ StageRead: TypeAlias = Callable[[FloatArray], FloatArray]
 
 _MOST = 1e100
 """Largest pressure [Pa]; no stage overflows below it."""
-_STAGES = tuple(key for key in SENSOR_KEYS if key != "area_averaging")
 EFFECTS_OF_BODIES = (
     "dynamics",
     "fingers",
@@ -75,7 +75,7 @@ class SensorStageEntry:
         tip: Description in one sentence, without full stop.
         build: Builds the stage for a readout and its settings by name.
         options: Settings of the stage.
-        before: Built-in effect that follows it in the signal, one of ``SENSOR_KEYS`` except ``area_averaging``.
+        before: Built-in effect that follows it in the signal, one of ``STAGE_KEYS``.
         noise: Returns the standard deviation [Pa] that it adds to a reading, for its settings by name. It enters
             thresholds and error bars. None if it adds no uncertainty.
     """
@@ -102,8 +102,8 @@ class SensorStageEntry:
 
 def _guarded(plugin: Plugin, entry: SensorStageEntry) -> SensorStageEntry:
     """Return a plug-in's entry whose stages return a finite reading for each taxel or raise."""
-    if entry.before not in _STAGES:
-        raise plugin.error(f"unknown effect in before: {entry.before} (choose one of: {', '.join(_STAGES)})")
+    if entry.before not in STAGE_KEYS:
+        raise plugin.error(f"unknown effect in before: {entry.before} (choose one of: {', '.join(STAGE_KEYS)})")
 
     def state(method: Callable[[], object]) -> FloatArray:
         return np.array(method(), dtype=np.float64).ravel()
@@ -154,7 +154,7 @@ class SensorChain:
 
     Args:
         skin: The skin.
-        effects: Selected effects; area averaging is not a stage but a receptive field of the contact model.
+        effects: Selected effects; those that are not stages are ignored (``STAGE_KEYS``).
         tick: Time between readings [s].
         seed: Seed of all random numbers, >= 0; every effect has its own stream.
         channel: Channel of the taxels, see ``Readout``.
@@ -260,6 +260,6 @@ class SensorChain:
 def _order(effects: SensorEffects) -> tuple[str, ...]:
     """Return the names of all stages in the order of the signal; those of plug-ins before the effect of their entry."""
     if not effects.plug_ins:
-        return _STAGES
+        return STAGE_KEYS
     before = {effect.name: SENSOR_STAGES[effect.name].before for effect in effects.plug_ins}
-    return tuple(name for key in _STAGES for name in (*(one for one in before if before[one] == key), key))
+    return tuple(name for key in STAGE_KEYS for name in (*(one for one in before if before[one] == key), key))

@@ -1,10 +1,11 @@
-"""Effects of a tactile sensor on the pressures of its taxels: eleven effects, each switched on separately.
+"""Effects of a tactile sensor on the pressures of its taxels: thirteen effects, each switched on separately.
 
 The settings of an effect are a frozen value with ranges, which builds its stage (``SensorStage``) for a ``Readout``:
 the skin, the tick and the seed. Effects are in the order of the signal, from the cover over transducer and amplifier to
-converter and bus: area averaging (a receptive field rather than a stage), crosstalk, hysteresis, gain spread, offset
-drift, noise, saturation, threshold, quantisation, dead taxels, sampling. ``SensorEffects`` contains the selected
-effects and those of plug-ins; ``sensor_chain`` runs them.
+converter and bus: area averaging (a receptive field rather than a stage), misorientation and axis crosstalk (a matrix
+for all channels of a taxel, see ``axis_matrices``), crosstalk, hysteresis, gain spread, offset drift, noise,
+saturation, threshold, quantisation, dead taxels, sampling. ``SensorEffects`` contains the selected effects and those of
+plug-ins; ``sensor_chain`` runs the stages.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from zlib import crc32
 
 import numpy as np
 from scipy.sparse import csr_array
+from scipy.spatial.transform import Rotation
 
 from tactile_maps.core.arrays import FloatArray, readonly
 from tactile_maps.core.codec import LATER
@@ -141,6 +143,59 @@ class AreaAveraging(SensorEffect):
     ranges = (("radius", 1e-4, 0.05),)
 
     radius: float = 0.0019
+
+
+@dataclass(frozen=True)
+class Misorientation(SensorEffect):
+    """The frame of each three-axis taxel is rotated against the stated one, drawn once.
+
+    Not a stage: it turns the three channels into each other, see ``axis_matrices``.
+
+    Attributes:
+        sd: Standard deviation of the rotation about each axis of the frame [rad], 0 to 0.5.
+    """
+
+    key = "misorientation"
+    ranges = (("sd", 0.0, 0.5),)
+
+    sd: float = 0.03
+
+
+@dataclass(frozen=True)
+class AxisCrosstalk(SensorEffect):
+    """Each channel of a three-axis taxel reads shares of the other two: a 3 x 3 matrix with ones on its diagonal.
+
+    Not a stage, like ``Misorientation``. A calibration with the inverse matrices removes it.
+
+    Attributes:
+        sd: Standard deviation of the shares, 0 to 0.3.
+    """
+
+    key = "axis_crosstalk"
+    ranges = (("sd", 0.0, 0.3),)
+
+    sd: float = 0.02
+
+
+def axis_matrices(effects: SensorEffects, readout: Readout) -> FloatArray | None:
+    """Return the matrices (taxels, 3, 3) from true shear along t1 and t2 and pressure to what the channels measure.
+
+    They are the identity for one-axis taxels. None if neither effect is on.
+    """
+    turned = effects.misorientation
+    mixed = effects.axis_crosstalk
+    if turned is None and mixed is None:
+        return None
+    count = len(readout.skin)
+    matrices = np.tile(np.eye(3), (count, 1, 1))
+    if turned is not None:
+        turns = turned.sd * readout.stream(turned.key).standard_normal((count, 3))
+        matrices = Rotation.from_rotvec(turns).as_matrix().reshape(count, 3, 3)
+    if mixed is not None:
+        shares = mixed.sd * readout.stream(mixed.key).standard_normal((count, 3, 3))
+        shares[:, range(3), range(3)] = 1.0
+        matrices = shares @ matrices
+    return np.asarray(np.where((readout.skin.axes == 3)[:, None, None], matrices, np.eye(3)))
 
 
 class CrosstalkStage(BuiltInStage):
@@ -585,6 +640,8 @@ class SensorEffects:
     """
 
     area_averaging: AreaAveraging | None = None
+    misorientation: Misorientation | None = field(default=None, metadata=LATER)
+    axis_crosstalk: AxisCrosstalk | None = field(default=None, metadata=LATER)
     crosstalk: Crosstalk | None = None
     hysteresis: Hysteresis | None = None
     gain_spread: GainSpread | None = None
@@ -603,6 +660,16 @@ class SensorEffects:
             return getattr(self, key)
         return next((effect for effect in self.plug_ins if effect.name == key), None)
 
+    @property
+    def axis_errors(self) -> dict[str, float]:
+        """Standard deviation of the share of one channel of a taxel that another one reads, by key of the effect."""
+        return {effect.key: effect.sd for effect in (self.misorientation, self.axis_crosstalk) if effect is not None}
+
+    @property
+    def stages(self) -> SensorEffects:
+        """The effects that are stages of the chain."""
+        return replace(self, area_averaging=None, misorientation=None, axis_crosstalk=None)
+
     def without(self, key: str) -> SensorEffects:
         """Return the effects with one switched off."""
         if key in SENSOR_KEYS:
@@ -613,3 +680,5 @@ class SensorEffects:
 
 SENSOR_KEYS: tuple[str, ...] = tuple(field.name for field in fields(SensorEffects) if field.name != "plug_ins")
 """The built-in effects in the order of the signal."""
+STAGE_KEYS = tuple(key for key in SENSOR_KEYS if key not in ("area_averaging", "misorientation", "axis_crosstalk"))
+"""The built-in effects that are stages of the sensor chain, in the order of the signal."""
