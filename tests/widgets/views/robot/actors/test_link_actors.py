@@ -9,11 +9,16 @@ import pytest
 import pyvista as pv
 
 from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.maps.formats.map_file import save_map
 from tactile_maps.robots.load import robot_of_mesh
+from tactile_maps.scene.scene_file import scene_for_taxels
 from tactile_maps.session.link_levels import LinkLevels
-from tactile_widgets.common.colours import DARK, LIGHT
+from tactile_maps.session.prepare import prepare
+from tactile_widgets.common.colours import DARK, LIGHT, PressureScale
 from tactile_widgets.views.robot.actors.camera import Viewpoint, orbit, zoom
 from tactile_widgets.views.robot.actors.link_actors import PIXELS, LinkActors
+from tactile_widgets.views.robot.actors.robot_actors import RobotActors
+from tests.support.touch import bar_map
 from tests.widgets.support.robot_view_driver import PICTURE
 
 ROWS = PICTURE[1]
@@ -156,3 +161,20 @@ def test_levels_keep_hidden_links_and_culling(plotter, scene, levels):
     assert not plotter.renderer.HasViewProp(scene.links.placed[1][1])
     solid = [scene.prepared.robot.links[number].mesh.is_solid for number, _ in scene.links.placed]
     assert [actor.prop.culling == "back" for _, actor in scene.links.placed] == solid
+
+
+def test_body_of_a_skin_without_a_robot_never_shows_through_it(plotter, tmp_path):
+    save_map(bar_map(), tmp_path / "bar.npz")
+    scene = RobotActors(plotter, DARK, PressureScale())
+    scene.show_prepared(prepare(scene_for_taxels(str(tmp_path / "bar.npz"))))
+    view = scene.viewpoint
+    pictures = []
+    for angle in (0.0, 1e-5):
+        scene.look(replace(view, eye=view.eye + [angle, 0.0, 0.0]))
+        pictures.append(_picture(scene, detail=ROWS))
+    for actor in scene.links.placed:
+        actor[1].visibility = False
+    skin = _picture(scene, detail=ROWS)
+    assert (skin.min(axis=2) > 120).sum() > 1000, "the skin is light"
+    for picture in pictures:
+        assert (np.abs(picture - skin).max(axis=2) > 60).sum() < 10

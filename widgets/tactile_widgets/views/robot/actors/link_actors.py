@@ -20,6 +20,14 @@ from tactile_widgets.views.robot.actors.surface_marks import add_surface, polyda
 
 PIXELS = 0.5
 """Maximum error of a shown surface [px]."""
+_BELOW = 1.0, 1.0
+"""Factor of the slope and number of depth steps by which links are farther away, as for ``glPolygonOffset``."""
+
+
+def _draw_below(actor: pv.Actor) -> None:
+    """Draw a surface below those at the same place: the body of a skin without a robot is the skin itself."""
+    actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()
+    actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(*_BELOW)
 
 
 class LinkActors:
@@ -47,6 +55,7 @@ class LinkActors:
             if link.mesh is not None and len(link.mesh.faces):
                 body = polydata(link.mesh.vertices, link.mesh.vertex_normals, link.mesh.faces)
                 actor = add_surface(plotter, body, theme.body)
+                _draw_below(actor)
                 self.placed.append((number, actor))
                 self._surfaces.append({0: body})
                 (self._placeholders if link.missing else self._bodies).append(actor)
