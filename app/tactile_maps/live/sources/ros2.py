@@ -84,6 +84,38 @@ def load_topics(path: Path | None) -> RosTopics:
     if path is None:
         remedy = "Give a TOML file with [readings] topic and values as the mapping"
         raise UsageError("messages of ROS need a mapping", remedy=remedy)
+    readings, joints, types = _mapping_tables(path)
+    ids = _stated_ids(readings, path)
+    values = readings.get("values")
+    if isinstance(values, list):
+        if not (values and all(isinstance(one, str) for one in values)):
+            raise LiveError("expected texts", file=path, place="readings.values", value=values)
+        readings["values"] = values[0]
+    words = {f"readings.{key}": readings.get(key) for key in ("topic", "values", "stamp", "type")}
+    words |= {f"types.{name}": text for name, text in types.items()}
+    words |= {"joints.topic": joints.get("topic")} | ({} if isinstance(ids, tuple) else {"readings.ids": ids})
+    _check_texts(words, path)
+    topics = RosTopics(
+        readings["topic"],
+        tuple(values) if isinstance(values, list) else readings["values"],
+        ids,
+        readings.get("stamp"),
+        _stated_unit(readings, path),
+        readings.get("type"),
+        joints.get("topic"),
+        _stated_component(readings, path),
+        types,
+    )
+    if types:
+        try:
+            message_types(topics)
+        except LiveError as error:
+            raise error.at(file=path) from error
+    return topics
+
+
+def _mapping_tables(path: Path) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
+    """Return the tables ``readings``, ``joints`` and ``types`` of a mapping with known keys only."""
     table = read_toml(path)
     readings = table.pop("readings", None)
     joints = table.pop("joints", {})
@@ -96,47 +128,39 @@ def load_topics(path: Path | None) -> RosTopics:
         if more := found.keys() - keys:
             remedy = f"Allowed keys: {', '.join(sorted(keys))}"
             raise LiveError("unknown key", file=path, place=f"{place}.{min(more)}", remedy=remedy)
+    return readings, joints, types
+
+
+def _stated_ids(readings: Mapping[str, Any], path: Path) -> Any:
+    """Return the ids: a tuple, or what is stated instead, which must be the name of a field."""
     ids = readings.get("ids")
-    if isinstance(ids, list):
-        if not all(isinstance(one, int | str) and not isinstance(one, bool) for one in ids):
-            raise LiveError("expected whole numbers, or texts link:id", file=path, place="readings.ids")
-        ids = tuple(ids)
-    values = readings.get("values")
-    if isinstance(values, list):
-        if not (values and all(isinstance(one, str) for one in values)):
-            raise LiveError("expected texts", file=path, place="readings.values", value=values)
-        readings["values"] = values[0]
-    words = {f"readings.{key}": readings.get(key) for key in ("topic", "values", "stamp", "type")}
-    words |= {f"types.{name}": text for name, text in types.items()}
-    words |= {"joints.topic": joints.get("topic")} | ({} if isinstance(ids, tuple) else {"readings.ids": ids})
+    if not isinstance(ids, list):
+        return ids
+    if not all(isinstance(one, int | str) and not isinstance(one, bool) for one in ids):
+        raise LiveError("expected whole numbers, or texts link:id", file=path, place="readings.ids")
+    return tuple(ids)
+
+
+def _check_texts(words: Mapping[str, object], path: Path) -> None:
+    """Raise LiveError unless all values are texts; only those of topic and values are required."""
     for place, word in words.items():
         if not isinstance(word, str | None) or (word is None and place in ("readings.topic", "readings.values")):
             raise LiveError("expected a text", file=path, place=place, value=word)
+
+
+def _stated_unit(readings: Mapping[str, Any], path: Path) -> Unit:
     try:
-        unit = unit_of(readings.get("unit", "counts"))
+        return unit_of(readings.get("unit", "counts"))
     except MalformedReadingError as error:
         raise error.at(kind=LiveError, file=path, place="readings.unit") from error
+
+
+def _stated_component(readings: Mapping[str, Any], path: Path) -> str | None:
     component = readings.get("component")
     if component not in (None, *COMPONENTS):
         remedy = f"Choose one of: {', '.join(COMPONENTS)}"
         raise LiveError("unknown component", file=path, place="readings.component", value=component, remedy=remedy)
-    topics = RosTopics(
-        readings["topic"],
-        tuple(values) if isinstance(values, list) else readings["values"],
-        ids,
-        readings.get("stamp"),
-        unit,
-        readings.get("type"),
-        joints.get("topic"),
-        component,
-        types,
-    )
-    if types:
-        try:
-            message_types(topics)
-        except LiveError as error:
-            raise error.at(file=path) from error
-    return topics
+    return component
 
 
 @dataclass
