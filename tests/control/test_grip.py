@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tactile_maps.contacts.detection.contact_shear import ContactShear, Slip
+from tactile_maps.control.controller_registry import settings_from
 from tactile_maps.control.force_loop.grip import FALL, GripGoal
 from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.control.motion.limits import LimitKind
@@ -72,6 +73,17 @@ def test_a_pulled_contact_is_held_only_with_the_setting(friction_use):
     (region,) = session.frame.regions
     held = region.shear.slip is not Slip.SLIDING and region.force > 3.0
     assert held == (friction_use < 1), region.shear
+
+
+@pytest.mark.parametrize("friction_use", [0.7, float("inf")])
+def test_block_between_two_fingers_is_lifted_only_with_the_setting(friction_use):
+    scene = load_scene("carry")
+    settings = replace(settings_from(scene.control), friction_use=friction_use)
+    frame = Session(prepare(scene), settings=settings).run_for(4.0)
+    assert frame.posture[0] > 0.02, "the hand has risen"
+    table_to_block = frame.objects[2][2, 3] - 0.105
+    assert (table_to_block > 0.02) == (friction_use < 1)
+    assert abs(table_to_block) < 0.001 or friction_use < 1
 
 
 def test_measured_shear_explains_the_torques_of_a_dragged_contact():

@@ -73,7 +73,7 @@ def test_icub_without_its_wheel_names_the_remedy(monkeypatch, tmp_path):
 @pytest.mark.long
 def test_shipped_arm_is_always_available():
     entries = {entry.name: entry for entry in list_robots()}
-    assert list(entries)[:5] == ["arm", "two_arms", "ur5e", "icub", "icub_whole"]
+    assert list(entries)[:6] == ["arm", "two_arms", "ur5e", "icub", "icub_whole", "hand"]
     assert entries["arm"].available
     arm = load_robot("arm")
     assert (len(arm.joints), len(arm.links), arm.source, arm.findings) == (7, 8, "arm", ())
@@ -99,7 +99,7 @@ def test_menagerie_folder_adds_its_models_by_folder_name(tiny, tmp_path, monkeyp
     (model / "abc.xml").write_text("<mujoco/>")
     (tmp_path / "menagerie" / "empty").mkdir()
     monkeypatch.setenv("MENAGERIE_ROOT", str(tmp_path / "menagerie"))
-    assert [entry.name for entry in list_robots()][5:] == ["maker_tiny"]
+    assert [entry.name for entry in list_robots()][6:] == ["maker_tiny"]
     robot = load_robot("maker_tiny")
     assert robot.name == "maker_tiny"
     assert robot.source.endswith("tiny.xml")

@@ -181,6 +181,23 @@ def test_script_of_two_arms_writes_the_committed_file(tmp_path):
     assert sorted(path.name for path in folder.iterdir() if path.is_file()) == ["build_two_arms.py", "two_arms.xml"]
 
 
+def test_script_of_the_hand_writes_the_committed_files(tmp_path):
+    folder = asset("robots", "hand")
+    runpy.run_path(str(folder / "build_hand.py"))["build"](tmp_path)
+    for name in ("hand.xml", "meshes/palm.obj", "meshes/finger.obj"):
+        assert (tmp_path / name).read_bytes() == (folder / name).read_bytes()
+
+
+def test_hand_has_two_fingers_and_no_findings():
+    robot = load_robot("hand")
+    assert [(joint.name, joint.slide) for joint in robot.joints] == [
+        ("lift", True),
+        ("left_finger", False),
+        ("right_finger", False),
+    ]
+    assert not robot.findings
+
+
 @pytest.mark.long
 def test_each_of_two_arms_equals_the_single_arm():
     one = load_robot("arm")

@@ -19,7 +19,7 @@ EXPORT_FORMATS = ("csv", "parquet", "npz", "hdf5", "lerobot", "rosbag2", "mp4", 
 """Formats of ``tactile_maps.export.export``, which is not imported to parse a command line."""
 EPILOG = """exit codes: 0 done, 1 failed with a message, 2 bad usage,
             130 Ctrl-C, 143 SIGTERM, 129 SIGHUP or a closed terminal, 131 SIGQUIT
-robots: arm, two_arms (ours); ur5e, icub, icub_whole (pip install 'tactile-maps[robots]'); a file;
+robots: arm, two_arms, hand (ours); ur5e, icub, icub_whole (pip install 'tactile-maps[robots]'); a file;
         a model in MENAGERIE_ROOT or known to mujoco-menagerie"""
 
 _UNITS = {"s": 1.0, "min": 60.0, "h": 3600.0}

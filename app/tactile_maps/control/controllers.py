@@ -31,7 +31,9 @@ from tactile_maps.control.force_loop.normal_motion import (
 )
 from tactile_maps.control.motion.command import ControlSettings, JointCommand, TaskReport
 from tactile_maps.control.motion.joint_impedance import (
+    MAX_JOINT_SPEED,
     MAX_POINT_SPEED,
+    MAX_SLIDE_SPEED,
     JointImpedance,
     PostureReference,
     limit_joint_speed,
@@ -135,6 +137,8 @@ class BuiltInController:
         self._configuration = Configuration(robot)
         self._reference = PostureReference(robot, self._configuration)
         self._relief = ReliefMonitor()
+        # A metre of a slide counts as the angle of a hinge that takes as long.
+        self._shares = np.array([MAX_SLIDE_SPEED / MAX_JOINT_SPEED if one.slide else 1.0 for one in robot.joints])
 
     def use(self, map_kinematics: MapKinematics) -> None:
         """Do nothing: the map is not used."""
@@ -278,7 +282,7 @@ class HoldForceController(BuiltInController):
                 continue
             error = settings.force_goal - region.force
             push = self._servo.push(settings, (region.id, ContactPresence.FELT), error, dt, limits)
-            tilt = bearable_tilt(row, move)
+            tilt = bearable_tilt(row * self._shares, move * self._shares)
             if tilt >= LEAST_TILT:
                 levels.append(PriorityLevel(row[None], np.array((push,)), normal[None]))
             else:
@@ -481,7 +485,7 @@ class TaskController(BuiltInController):
 
     def _tilt(self, contact: int, outward: FloatArray, move: FloatArray) -> float:
         """Return the tolerated error of a contact's normal [rad]: the smallest since it began, if that was small."""
-        tilt = min(bearable_tilt(outward, move), self._slippery.get(contact, inf))
+        tilt = min(bearable_tilt(outward * self._shares, move * self._shares), self._slippery.get(contact, inf))
         if tilt < LEAST_TILT:
             self._slippery[contact] = tilt
         return tilt

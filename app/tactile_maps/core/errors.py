@@ -41,7 +41,7 @@ class TactileMapsError(Exception):
         ...     tm.load_robot("arn")
         ... except tm.TactileMapsError as error:
         ...     print(error.value, "->", error.remedy)
-        arn -> Did you mean arm? Choose one of: arm, two_arms, ur5e, icub, icub_whole, or give the path of a file
+        arn -> Did you mean arm? Choose one of: arm, two_arms, ur5e, icub, icub_whole, hand, or give the path of a file
     """
 
     def __init__(

