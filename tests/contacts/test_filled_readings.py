@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from tactile_maps.contacts.detection.filled_readings import LIMIT, TaxelFill
-from tactile_maps.contacts.pipeline import ContactPipeline, ReadingSettings
-from tactile_maps.core.errors import SceneError
+from tactile_maps.contacts.pipeline import ContactPipeline, ReadingSettings, read_contacts
+from tactile_maps.core.errors import MapError, SceneError
 from tactile_maps.maps.build import build_map
 from tactile_maps.scene.effects import Effects
 from tactile_maps.session.session import Session
@@ -129,3 +129,21 @@ def test_session_keeps_raw_readings_and_names_blind_areas():
     assert note.bodies == ("taxels 0-59", "bar")
     assert note.area == pytest.approx(prepared_bar().skin.areas.sum())
     assert not frame.pressures.any()
+
+
+def test_reading_that_is_missing_at_the_peak_is_estimated_as_that_of_a_broken_taxel():
+    read = without(press_skin(SKIN, SKIN.taxel_point(HOLE), force=10.0, radius=0.03), HOLE, value=np.nan)
+    (contact,) = read_contacts(MAP, read)
+    pipeline = ContactPipeline(bar(), MAP, SensorEffects())
+    pipeline.set_broken_taxels(broken(HOLE))
+    (known,) = pipeline.read(1, 0.01, bar().home, read)
+    assert contact.force == known.force > np.nansum(read * SKIN.areas) > 0
+    assert contact.force_parts["dead_taxels"] == known.force_parts["dead_taxels"] > 0
+
+
+def test_readings_that_cannot_be_estimated_are_rejected_with_the_taxel_and_the_remedy():
+    pressures = np.zeros(len(SKIN))
+    with pytest.raises(MapError, match=f"taxel {HOLE}: a pressure is infinite.*Use NaN"):
+        read_contacts(MAP, without(pressures, HOLE, value=-np.inf))
+    with pytest.raises(MapError, match=f"too few neighbours.*taxels 0.{len(SKIN) - 1}.*Read the skin again"):
+        read_contacts(MAP, np.full(len(SKIN), np.nan))

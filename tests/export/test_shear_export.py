@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import csv
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from tactile_maps.core.assets import asset
 from tactile_maps.core.reading_units import ReadingUnits
 from tactile_maps.export.contact_messages import contact_wrench, contacts_json, link_wrench
 from tactile_maps.export.export import ExportOptions, export_recording
@@ -150,3 +153,22 @@ def test_live_message_of_contacts_has_the_wrenches_of_the_bag(player):
     counts = contacts_json(uncalibrated, player.prepared.skin, 0)
     assert counts["contacts"][0]["wrench"]["force"] == {"x": None, "y": None, "z": None}
     json.dumps(message, allow_nan=False)
+
+
+def test_directions_of_shear_are_in_the_table_of_taxels(player, tmp_path):
+    export_recording(player, tmp_path / "felt.npz", to="npz")
+    frames = taxel_frames(player.prepared.map)
+    with np.load(tmp_path / "felt.npz") as arrays:
+        found = [[arrays[f"taxels.{name}_{axis}"] for axis in "xyz"] for name in ("t1", "t2", "normal")]
+    assert np.allclose(np.transpose(found, (2, 0, 1)), frames, atol=1e-9)
+
+
+def test_columns_that_the_guide_names_are_those_of_the_pressures_in_csv(player, tmp_path):
+    export_recording(player, tmp_path / "touch", to="csv")
+    page = asset("guide", "data.md").read_text(encoding="utf8")
+    header, *rows = csv.reader((tmp_path / "touch" / "pressures.csv").read_text(encoding="utf8").splitlines())
+    (prefix,) = re.findall(r'filter\(like="(.*?)"\)', page)
+    named = [number for number, column in enumerate(header) if prefix in column]
+    assert [header[number] for number in named] == [f"pressure_Pa.taxel_{taxel}" for taxel in range(len(PRESSED))]
+    assert "`pressure_Pa.taxel_12`" in page
+    assert [float(rows[-1][number]) for number in named] == PRESSED.tolist()

@@ -35,6 +35,7 @@ from tactile_maps.maps.model.interpolation import INTERPOLATIONS
 from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.robots.kinematics import Configuration
 from tactile_maps.robots.model.robot import Robot
+from tactile_maps.skin.model.skin import Skin, number_ranges
 from tactile_maps.tactile.mechanics.receptive_field import pad_displacements
 from tactile_maps.tactile.sensors.sensor_effects import SensorEffects
 
@@ -396,7 +397,8 @@ def read_contacts(
 
     Args:
         map_: Map of the skin.
-        pressures: (taxels,) readings [Pa].
+        pressures: (taxels,) readings [Pa]; NaN for a taxel that did not report, whose reading is estimated from its
+            neighbours; ``force_parts["dead_taxels"]`` of contacts there is the uncertainty of the estimate.
         threshold: Pressure from which a taxel is touched [Pa]; by default 1 kPa or ``ABOVE_NOISE``, whichever is
             larger.
         estimator: Name of the force estimator, except ``lumped``, which reads another sensor.
@@ -408,7 +410,8 @@ def read_contacts(
         frame of ``link``.
 
     Raises:
-        MapError: Not one pressure for each taxel, or the estimator is ``lumped``.
+        MapError: Not one pressure for each taxel, a pressure is infinite, taxels that did not report have too few
+            neighbours for an estimate, or the estimator is ``lumped``.
         SceneError: Unknown estimator, or threshold out of range.
 
     Example:
@@ -430,4 +433,32 @@ def read_contacts(
     errors = errors or SensorUncertainty()
     detector = ContactDetector(map_, threshold=settings.thresholds_for(errors), errors=errors)
     forces = RegionForceEstimator(map_, estimator=estimator, depth=depth)
-    return forces.read(detector.read(pressures), pressures, errors)[0]
+    estimated = None
+    if not np.isfinite(pressures).all():
+        pressures, estimated = _with_estimates(map_.skin, pressures, detector)
+    return forces.read(detector.read(pressures, estimated=estimated), pressures, errors)[0]
+
+
+def _with_estimates(skin: Skin, pressures: FloatArray, detector: ContactDetector) -> FilledReadings:
+    """Return the readings with estimates for taxels that did not report (NaN).
+
+    Raises:
+        MapError: A pressure is infinite, or a taxel that did not report cannot be estimated.
+    """
+    infinite = np.flatnonzero(np.isinf(pressures))
+    if len(infinite):
+        place = f"taxel {infinite[0]}"
+        remedy = "Use NaN for a taxel that did not report"
+        raise MapError("a pressure is infinite", place=place, value=pressures[infinite[0]], remedy=remedy)
+    fill = TaxelFill(skin, np.isnan(pressures))
+    if fill.blind:
+        area = fill.blind[0]
+        raise MapError(
+            "taxels that did not report have too few neighbours for an estimate",
+            place=f"on {area.link}",
+            value=f"taxels {number_ranges(area.taxels)}",
+            remedy="Read the skin again, or use 0 for taxels that count as untouched",
+        )
+    errors = detector.errors
+    noise = errors.noise if errors.taxels is None else errors.taxels.sd
+    return fill.fill(pressures, threshold=detector.threshold, noise=noise)

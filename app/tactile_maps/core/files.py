@@ -264,9 +264,9 @@ def make_output_folder(folder: Path, *, error: type[TactileMapsError]) -> Path:
     return folder
 
 
-def write_atomically(path: Path, data: bytes, *, error: type[TactileMapsError]) -> None:
+def write_atomically(path: Path, data: bytes, *, error: type[TactileMapsError], overwrite: bool = True) -> None:
     """Write ``data`` to the file at ``path`` completely or not at all; errors as ``open_atomically``."""
-    with open_atomically(path, error=error) as stream:
+    with open_atomically(path, error=error, overwrite=overwrite) as stream:
         stream.write(data)
 
 

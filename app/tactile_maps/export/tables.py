@@ -21,9 +21,10 @@ sender's time and numbers, and the values as sent (``raw_counts``, ``raw_Pa`` or
 not calibrated, columns in counts replace those in kPa or Pa, and forces are NaN; if that changed within the recording,
 there are both, each NaN where it does not apply.
 
-Of a skin with shear, ``pressures`` also has the tractions along t1 and t2 of each taxel and ``contacts`` the wrench on
-the link: the force of the touching body in the frame of the link, and its torque about the outward normal at the
-centre. These columns are missing where no frame has shear, and NaN in frames without.
+Of a skin with shear, ``pressures`` also has the tractions along t1 and t2 of each taxel, ``taxels`` these directions in
+the frame of the link, and ``contacts`` the wrench on the link: the force of the touching body in the frame of the link,
+and its torque about the outward normal at the centre. Tractions and wrenches are missing where no frame has shear, and
+NaN in frames without.
 """
 
 from __future__ import annotations
@@ -44,6 +45,7 @@ from tactile_maps.core.progress import Progress
 from tactile_maps.core.reading_units import ReadingUnits
 from tactile_maps.export.contact_messages import contact_wrench
 from tactile_maps.maps.model.tactile_image import TactileImage
+from tactile_maps.maps.model.taxel_frames import taxel_frames
 from tactile_maps.recording.file.damage import damage_text
 from tactile_maps.recording.player import RecordingPlayer
 from tactile_maps.session.frame import Frame
@@ -316,10 +318,20 @@ def taxel_columns(prepared: PreparedScene) -> Columns:
         "link": np.array([patch.link for patch in patches]),
         **{f"{axis}_m": column for axis, column in zip("xyz", positions.T, strict=True)},
         **{f"normal_{axis}": column for axis, column in zip("xyz", normals.T, strict=True)},
+        **_tangents(prepared),
         "area_m2": skin.areas,
         "map_x_m": prepared.map.taxel_points[:, 0],
         "map_y_m": prepared.map.taxel_points[:, 1],
     }
+
+
+def _tangents(prepared: PreparedScene) -> Columns:
+    """Return t1 and t2 of three-axis taxels, NaN for others; no columns for a skin without them."""
+    measured = prepared.skin.three_axis
+    if not measured.any():
+        return {}
+    frames = np.where(measured[:, None, None], taxel_frames(prepared.map), np.nan)
+    return {f"{t}_{axis}": frames[:, row, k] for row, t in enumerate(("t1", "t2")) for k, axis in enumerate("xyz")}
 
 
 def _numbers(values: Sequence[int | None]) -> NDArray[np.int64]:

@@ -86,7 +86,7 @@ def open_skin(
         TactileMapsError: The source cannot be read, or cannot be covered as specified.
 
     Example:
-        >>> tm.save_map(tactile_map, "hand.npz")
+        >>> tm.save_map(tactile_map, "hand.npz", overwrite=True)
         >>> [patch.name for patch in tm.open_skin("hand.npz").patches]
         ['hand']
     """

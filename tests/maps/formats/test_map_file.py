@@ -175,3 +175,13 @@ def test_a_scale_survives_and_an_absurd_one_is_rejected(three_patches):
         broken = header | {"placements": [[*entry[:4], scale] for entry in header["placements"]]}
         with pytest.raises(MapError, match="header is broken"):
             map_from_bytes(pack_arrays(broken, arrays))
+
+
+def test_existing_file_is_replaced_only_where_that_is_stated(three_patches, tmp_path):
+    path = tmp_path / "map.npz"
+    path.write_bytes(b"precious")
+    with pytest.raises(MapError, match=r"already exists.*\(overwrite=True\)"):
+        save_map(three_patches, path)
+    assert path.read_bytes() == b"precious"
+    save_map(three_patches, path, overwrite=True)
+    assert map_to_bytes(load_map(path)) == map_to_bytes(three_patches)

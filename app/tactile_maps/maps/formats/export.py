@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 
 from tactile_maps.core.errors import MapError
@@ -16,7 +17,7 @@ from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.skin.formats.taxel_files import write_taxels
 
 _WRITERS: dict[str, Callable[[TactileMap, Path], None]] = {
-    ".npz": save_map,
+    ".npz": partial(save_map, overwrite=True),
     ".obj": write_map_obj,
     ".svg": write_svg,
     ".png": write_distortion_png,

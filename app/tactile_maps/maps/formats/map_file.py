@@ -175,16 +175,21 @@ _READS = (1, MAP_VERSION)
 """Supported versions; version 1 has no scale in a placement."""
 
 
-def save_map(map_: TactileMap, path: str | Path) -> None:
-    """Write ``map_`` with its skin to ``path`` (usually ``.npz``) atomically.
+def save_map(map_: TactileMap, path: str | Path, *, overwrite: bool = False) -> None:
+    """Write a map with its skin to a file atomically.
+
+    Args:
+        map_: The map.
+        path: The file, usually ``.npz``; it must not exist.
+        overwrite: Replace an existing file.
 
     Raises:
-        MapError: The file cannot be written.
+        MapError: The file exists or cannot be written.
 
     Example:
-        >>> tm.save_map(tactile_map, "hand.npz")
+        >>> tm.save_map(tactile_map, "hand.npz", overwrite=True)
     """
-    write_atomically(Path(path), map_to_bytes(map_), error=MapError)
+    write_atomically(Path(path), map_to_bytes(map_), error=MapError, overwrite=overwrite)
 
 
 def load_map(path: str | Path) -> TactileMap:
@@ -195,7 +200,7 @@ def load_map(path: str | Path) -> TactileMap:
         SkinError: Its skin is not valid.
 
     Example:
-        >>> tm.save_map(tactile_map, "hand.npz")
+        >>> tm.save_map(tactile_map, "hand.npz", overwrite=True)
         >>> len(tm.load_map("hand.npz").skin)
         60
     """
