@@ -182,7 +182,7 @@ def test_bad_options_are_named(capsys, cap, words, output, status):
 def test_stretch_of_a_degenerate_face_is_infinite(capsys):
     quality = measure(build_map(skin_of(sheet(), taxels=5)), sources=3)
     spoiled = replace(quality, symmetric_dirichlet=math.inf, angle=DistortionSummary(1.0, math.inf, math.inf))
-    print_quality({**spoiled.to_json(), "file": None})
+    print_quality({**spoiled.to_json(), "file": None}, source="cap.stl")
     out = capsys.readouterr().out
     assert "infinite: a face has no area" in out
     assert "1.000 median, infinite p95, infinite max" in out
@@ -224,3 +224,25 @@ def test_axes_of_a_table_are_listed_for_file_and_map(capsys, tmp_path):
     assert "3 for 9 taxels, t1 stated for 5, else from the map" in capsys.readouterr().out
     made = result_of(capsys, "map", table, "--robot", "none", "-o", tmp_path / "map.npz")
     assert made["axes"] == describe(str(tmp_path / "map.npz"))["axes"] == {"three_axis": 9, "stated_tangents": 5}
+
+
+URDF = """<robot name="two"><link name="base"><visual><geometry><box size="0.1 0.1 0.1"/></geometry></visual></link>
+<link name="arm"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
+<visual><geometry><box size="0.1 0.1 0.1"/></geometry></visual></link><joint name="j" type="revolute">
+<parent link="base"/><child link="arm"/><origin xyz="0 0 0.3"/><axis xyz="0 1 0"/>
+<limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>"""
+
+
+def test_notes_about_the_model_are_one_line_and_inspect_shows_the_same_table(capsys, tmp_path):
+    path = tmp_path / "two.urdf"
+    path.write_text(URDF)
+    found, out, _ = call(capsys, "map", str(path), "--links", "arm", "--taxels", "30", "-o", str(tmp_path / "two.npz"))
+    assert found == 0
+    assert f"notes about the model: tactile-maps inspect {path}" in out
+    assert "armature" not in out
+    found, shown, _ = call(capsys, "inspect", str(tmp_path / "two.npz"))
+    table = [line for line in out.splitlines() if line.startswith(("One-to-one", "Distortion", "Trustworthiness"))]
+    assert len(table) == 3
+    assert all(line in shown for line in table)
+    assert "symmetric_dirichlet" not in shown
+    assert "armature" in shown

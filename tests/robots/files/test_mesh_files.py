@@ -228,6 +228,11 @@ NO_MESH = {
     "pointer.dae": (POINTER, "Git LFS pointer", "git lfs pull"),
     "nothing.obj": (b" \n", "empty", "export it again"),
     "empty.stl": (bytes(80) + struct.pack("<I", 0), "no triangles", "export it again"),
+    "cut.stl": (
+        bytes(80) + struct.pack("<I", 9) + bytes(100),
+        "9 triangles (534 bytes), and it has 184",
+        "export it again",
+    ),
     "empty_text.stl": (b"solid a\nendsolid a\n", "no triangles", "export it again"),
     "no_scene.dae": (COLLADA % b"", "no triangles", "export it again"),
     "empty_scene.dae": (

@@ -7,10 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 
-from tactile_maps.core.errors import RobotError
+from tactile_maps.core.errors import RobotError, SkinError
 from tactile_maps.robots.formats.urdf import load_urdf
 from tactile_maps.robots.kinematics import Configuration
+from tactile_maps.skin.fitting.cover import cover_robot
 
 Write = Callable[[str], Path]
 
@@ -191,3 +193,65 @@ def test_addresses_out_of_the_package_are_rejected(urdf, address):
     with pytest.raises(RobotError) as caught:
         load_urdf(urdf(address))
     assert address in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('<mass value="1"/>', '<mass value="nan"/>', r"link rod, <mass> value: a value is not a number \(found: nan\)"),
+        ('lower="-1"', 'lower="NaN"', r"joint hinge, <limit> lower: .*not a number \(found: NaN\).*finite number"),
+        ('<link name="base">', '<link name="rod"/><link name="base">', r"link rod: 2 links have the same name.*Rename"),
+    ],
+)
+def test_invalid_number_and_repeated_link_are_refused_with_place_and_remedy(urdf, old, new, message):
+    path = urdf("rod.stl")
+    path.write_text(path.read_text().replace(old, new, 1))
+    with pytest.raises(RobotError, match=rf"\.urdf, {message}"):
+        load_urdf(path)
+
+
+def test_oversized_mesh_is_reported_with_size_and_scale_and_is_not_covered(urdf, tmp_path):
+    path = urdf("large.stl")
+    trimesh.creation.box((50, 50, 400)).export(path.parent / "large.stl")
+    robot = load_urdf(path)
+    (finding,) = [finding for finding in robot.findings if finding.kind == "mesh-size"]
+    assert finding.where == "rod"
+    assert "mesh large is 406 m across; the joints of the robot span 0.3 m" in finding.action
+    assert 'scale="0.001 0.001 0.001"' in finding.action
+    with pytest.raises(SkinError, match=r'link rod: .*too large.*scale="0\.001 0\.001 0\.001"'):
+        cover_robot(robot)
+    path.write_text(path.read_text().replace('large.stl"', 'large.stl" scale="0.001 0.001 0.001"'))
+    assert "mesh-size" not in {finding.kind for finding in load_urdf(path).findings}
+
+
+@pytest.mark.parametrize(
+    ("kinds", "units"),
+    [
+        (["revolute"], ["0.01 kg m²", "0.3 N m s/rad"]),
+        (["prismatic"], ["0.01 kg", "0.3 N s/m"]),
+        (["revolute", "prismatic"], ["0.01 kg m², and 0.01 kg for slides", "0.3 N m s/rad, and 0.3 N s/m for slides"]),
+    ],
+)
+def test_units_of_added_dynamics_are_those_of_the_joints(urdf, kinds, units):
+    path = urdf("rod.stl")
+    text = path.read_text()
+    joint = text[text.index("<joint") : text.index("</robot>")]
+    link = '<link name="tip"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>'
+    further = (
+        joint.replace("rod", "tip").replace("base", "rod").replace("hinge", "second").replace("revolute", kinds[-1])
+    )
+    text = text.replace("revolute", kinds[0])
+    if len(kinds) > 1:
+        text = text.replace("</robot>", f"{link}</inertial></link>{further}</robot>")
+    path.write_text(text)
+    notes = {finding.kind: finding.action for finding in load_urdf(path).findings}
+    assert [
+        notes["armature"].removeprefix("set to an armature of "),
+        notes["damping"][len("set to a damping of ") :],
+    ] == units
+
+
+def test_gap_between_base_and_its_child_is_not_reported_as_overlap(urdf):
+    path = urdf("rod.stl")
+    path.write_text(path.read_text().replace('xyz="0 0 0.3"', 'xyz="0 0 0.5"'))
+    assert "touching-links" not in {finding.kind for finding in load_urdf(path).findings}

@@ -122,12 +122,12 @@ def test_moving_body_without_mass_gets_a_small_mass():
     assert 'mass="1e-06"' in robot.mjcf
 
 
-def test_repeated_name_is_reported_with_the_message_of_mujoco(tmp_path):
+def test_repeated_name_of_a_joint_is_reported(tmp_path):
     inertia = '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>'
     link = f'<link name="{{}}"><inertial><mass value="1"/>{inertia}</inertial></link>'
     joint = '<joint name="j" type="continuous"><parent link="a"/><child link="{}"/></joint>'
     text = "".join(link.format(name) for name in "abc") + "".join(joint.format(name) for name in "bc")
     path = tmp_path / "twice.urdf"
     path.write_text(f'<robot name="r">{text}</robot>')
-    with pytest.raises(RobotError, match=r"twice\.urdf.*repeated name 'j'"):
+    with pytest.raises(RobotError, match=r"twice\.urdf, joint j: 2 joints have the same name.*Rename all but one"):
         load_robot_file(path)

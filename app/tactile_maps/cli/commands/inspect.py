@@ -10,6 +10,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from tactile_maps.cli.shared.map_quality import quality_fields
 from tactile_maps.cli.shared.output import plain_text, print_fields, print_json, print_line, progress_line
 from tactile_maps.cli.shared.robot_options import home_of, package_roots
 from tactile_maps.cli.shared.unused_options import refuse_with_input
@@ -66,7 +67,7 @@ def execute(arguments: argparse.Namespace) -> int:
     found = describe(arguments.input, package_roots=package_roots(arguments), costs=arguments.costs, home=home)
     if "limits" not in found:
         refuse_with_input(arguments, ["--home"], "input", arguments.input, purpose="It is for robots and scenes")
-    apart = ("effects", "problems", "identity", "axes", "coverage", "collision", "limits", "controllable")
+    apart = ("effects", "problems", "identity", "axes", "coverage", "collision", "limits", "controllable", "quality")
     plain = {key.capitalize(): _text(value) for key, value in found.items() if key not in apart}
     if found.get("reach") is not None:
         plain["Reach"] = f"{found['reach']:.3f} m from the first joint"
@@ -78,6 +79,8 @@ def execute(arguments: argparse.Namespace) -> int:
         plain["Axes"] = axes_text(found["axes"], found["taxels"])
     if "coverage" in found:
         plain["Coverage"] = f"{100 * found['coverage']:.1f} % of the requested surface"
+    if "quality" in found:
+        plain |= quality_fields(found["quality"])
     if "controllable" in found:
         plain["Force control"] = _controllable_text(found["controllable"])
     if arguments.report:

@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from tactile_maps.cli.shared.findings import model_notes_text, without_model_notes
+from tactile_maps.cli.shared.map_quality import number_text, quality_fields
 from tactile_maps.cli.shared.output import print_fields, print_json, print_line, progress_line
 from tactile_maps.cli.shared.robot_options import home_of, package_roots
 from tactile_maps.cli.shared.unused_options import PLACEMENT, refuse_with_input
@@ -99,8 +101,13 @@ def learned_map(arguments: argparse.Namespace, skin: Skin, readings: FloatArray 
     return learned_tactile_map(skin, learned)
 
 
-def print_quality(result: Mapping[str, Any]) -> None:
-    """Print the result of ``map``: main figures first, then findings and, with ``--compare``, the comparison."""
+def print_quality(result: Mapping[str, Any], *, source: str) -> None:
+    """Print the result of ``map``: main figures first, then findings and, with ``--compare``, the comparison.
+
+    Args:
+        result: The result.
+        source: File or name of the robot, for the line about the notes on its model.
+    """
     print_fields(
         {
             "Patches": result["patches"],
@@ -108,29 +115,17 @@ def print_quality(result: Mapping[str, Any]) -> None:
             "Coverage": f"{100 * result['coverage']:.1f} % of the requested surface",
             "Identity": identity_text(result.get("identity", {})) or "none stated",
             "Axes": axes_text(result.get("axes", {}), result["taxels"]) or "1",
-            "Faces": result["faces"],
-            "One-to-one": "yes"
-            if result["bijective"]
-            else f"no ({result['flips']} flipped triangles, {result['overlaps']} overlaps)",
-            "Distortion": "infinite: a face has no area on the map"
-            if result["symmetric_dirichlet"] is None
-            else f"{result['symmetric_dirichlet']:.4f} (4 is isometric)",
-            "Angles, s1 / s2": _spread_text(result["angle"]),
-            "Areas": _spread_text(result["area"]),
-            "Neighbour distances": f"{_percent_text(result['edge_error'])} off (rms)",
-            "Split neighbours": f"{_percent_text(result['torn'])} on {result['seam_mm']:.0f} mm of seams",
-            "Stress": _number_text(result["stress"]),
-            "Rank correlation": _number_text(result["spearman"]),
-            "Trustworthiness": _number_text(result["trustworthiness"]),
-            "Continuity": _number_text(result["continuity"]),
-            "Round-trip error": f"{_number_text(result['round_trip_mm'])} mm through a pixel",
-            "Force error of the image": f"{_number_text(result['force_error'])} off (relative)",
+            **quality_fields(result),
             "Time": f"{result['seconds']:.2f} s",
             "Written to": result["file"] or "nothing",
         }
     )
-    for finding in result["findings"]:
-        print_fields({f"  {finding['kind']} ({finding['count']}) {finding['where']}": finding["action"]})
+    findings = [Finding(**finding) for finding in result["findings"]]
+    for finding in without_model_notes(findings):
+        print_fields({f"  {finding.kind} ({finding.count}) {finding.where}": finding.action})
+    notes = model_notes_text(findings, source)
+    if notes:
+        print_line(f"  {notes}")
     if "comparison" in result:
         _print_comparison(result["comparison"])
 
@@ -141,23 +136,10 @@ def _print_comparison(comparison: Mapping[str, Any]) -> None:
     marks = {"first": "  this is better", "second": "  the other is better", "neither": ""}
     for row in comparison["measures"]:
         name = row["name"].replace("_", " ")
-        print_line(f"{name:<34}{_number_text(row['first']):>12}{_number_text(row['second']):>12}{marks[row['better']]}")
-    print_line(f"{'taxels apart at best fit, rms':<34}{_number_text(comparison['procrustes_mm']):>12} mm")
+        print_line(f"{name:<34}{number_text(row['first']):>12}{number_text(row['second']):>12}{marks[row['better']]}")
+    print_line(f"{'taxels apart at best fit, rms':<34}{number_text(comparison['procrustes_mm']):>12} mm")
     for finding in comparison["findings"]:
         print_line(f"  {finding['kind']} ({finding['count']}) {finding['where']}: {finding['action']}")
-
-
-def _spread_text(values: Mapping[str, float | None]) -> str:
-    """Spread of values; null is infinite, which JSON lacks: a face that the map degenerates to a line."""
-    return ", ".join(f"{'infinite' if value is None else f'{value:.3f}'} {name}" for name, value in values.items())
-
-
-def _percent_text(value: float | None) -> str:
-    return "unknown" if value is None else f"{100 * value:.2f} %"
-
-
-def _number_text(value: float | None) -> str:
-    return "unknown" if value is None else f"{value:.4g}"
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -186,7 +168,7 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print_json(result)
     else:
-        print_quality(result)
+        print_quality(result, source=arguments.robot or arguments.input)
     return 0
 
 

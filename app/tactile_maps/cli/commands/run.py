@@ -9,6 +9,7 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
+from tactile_maps.cli.shared.findings import model_notes_text, without_model_notes
 from tactile_maps.cli.shared.output import print_fields, print_json, print_warning, progress_line
 from tactile_maps.cli.shared.recording_sweep import record_sweep
 from tactile_maps.cli.shared.scenes import scene_from_arguments
@@ -39,10 +40,13 @@ def execute(arguments: argparse.Namespace) -> int:
         raise UsageError("a single recording is made in one process without interruption", remedy=remedy)
     prepared = prepare_cached(scene, progress=progress_line())
     findings = findings_of(prepared)
-    for finding in findings:
+    for finding in without_model_notes(findings):
         times = f"{finding.count} x " if finding.count > 1 else ""
         kind = "" if finding.kind == "scene-warning" else f"{finding.kind.replace('-', ' ')}, "
         print_warning(f"{times}{kind}{finding.where}: {finding.action}")
+    notes_text = model_notes_text(findings, prepared.robot.source)
+    if notes_text:
+        print_warning(notes_text)
     with ExitStack() as closing:
         recorder = closing.enter_context(_recorder(prepared, arguments)) if arguments.output else None
         session = Session(prepared, effects=scene.unattended.effects)

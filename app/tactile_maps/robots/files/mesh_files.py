@@ -28,7 +28,7 @@ from tactile_maps.core.errors import Finding, MeshError, RobotError
 from tactile_maps.core.file_kinds import FileKind
 from tactile_maps.geometry.surface.mesh import Mesh
 from tactile_maps.robots.files.mesh_limits import check_collada, reduced_glb, reduced_gltf, reduced_obj, reduced_stl
-from tactile_maps.robots.files.plain_meshes import read_binary_stl, read_plain_obj
+from tactile_maps.robots.files.plain_meshes import read_binary_stl, read_plain_obj, stl_truncation
 from tactile_maps.robots.files.safe_files import parse_xml, read_bytes, resolve_inside
 
 MESH_SUFFIXES = FileKind.MESH.suffixes
@@ -100,6 +100,8 @@ def parse_mesh(data: bytes, path: Path, *, weld: bool = True) -> Mesh:
             file=path,
             remedy="Run `git lfs pull` in its repository",
         )
+    if not data.strip():
+        raise MeshError("the file is empty", file=path, remedy="Export it again")
     vertices, faces = _triangles(data, path)
     if not len(faces):
         raise MeshError("the mesh has no triangles", file=path, remedy="Export it again with its surface")
@@ -118,6 +120,9 @@ def _checked_mesh(vertices: FloatArray, faces: IntArray, path: Path, *, weld: bo
 def _triangles(data: bytes, path: Path) -> tuple[FloatArray, IntArray]:
     """Return the vertices (n, 3) and faces (m, 3) of a file; a file of points has no faces."""
     suffix = path.suffix.lower()
+    cut = stl_truncation(data) if suffix == ".stl" else ""
+    if cut:
+        raise MeshError(cut, file=path, remedy="Copy or export it again")
     try:
         plain = _PLAIN_READERS[suffix](data) if suffix in _PLAIN_READERS else None
         return plain or _by_trimesh(data, suffix, path)
@@ -447,6 +452,9 @@ class AssetStore:
             return MissingMesh(path, "a Git LFS pointer, not the mesh itself", "run `git lfs pull` in its repository")
         if not data.strip():
             return MissingMesh(path, "the file is empty", "export it again")
+        cut = stl_truncation(data) if path.suffix.lower() == ".stl" else ""
+        if cut:
+            return MissingMesh(path, cut, "copy or export it again")
         vertices, faces = _triangles(data, path)
         if not len(faces):
             hull = _hull(vertices)

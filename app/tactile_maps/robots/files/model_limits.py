@@ -45,6 +45,14 @@ _COUNTED = (
     ("pairs in its contact section", ("exclude", "pair"), MAX_PAIRS),
 )
 _PLACED = ("body", "link", "geom", "joint", "inertial", "origin", "sphere", "box", "cylinder", "capsule")
+_OWNERS = ("body", "link", "joint", "geom")
+"""Elements that place an invalid value, with their name."""
+_NUMBERS = (
+    *("value", "ixx", "ixy", "ixz", "iyy", "iyz", "izz", "lower", "upper", "effort", "damping", "friction", "rpy"),
+    *("mass", "density", "diaginertia", "fullinertia", "range", "armature", "frictionloss", "stiffness", "ref"),
+    *("quat", "euler", "axisangle", "xyaxes", "zaxis", "axis", "scale", "multiplier", "offset", "margin"),
+)
+"""Attributes that may not be NaN. A NaN among lengths is too large; a NaN among velocities is a finding."""
 _LENGTHS = ("size", "pos", "fromto", "radius", "length", "xyz")
 
 
@@ -69,6 +77,7 @@ def check_amounts(root: Element, file: Path | str) -> None:
         raise RobotError("the robot has too many elements", file=file, value=counts.total(), remedy=remedy)
     _check_meshes(root, file)
     _check_lengths(root, file)
+    _check_numbers(root, file)
     _check_chain(root, file)
 
 
@@ -119,6 +128,23 @@ def _check_lengths(root: Element, file: Path | str) -> None:
                 remedy = f"Lengths are in metres, below {LARGEST_MAGNITUDE:g}"
                 problem = "a position or size is implausibly large"
                 raise RobotError(problem, file=file, place=place, value=word, remedy=remedy)
+
+
+def _check_numbers(root: Element, file: Path | str) -> None:
+    """Refuse values that are not a number (NaN), which MuJoCo ignores or reports as another error."""
+    todo = [(root, "robot")]
+    while todo:
+        element, owner = todo.pop()
+        if element.tag in _OWNERS:
+            owner = f"{element.tag} {element.get('name', '')}".strip()
+        for name in _NUMBERS:
+            if any(word.lower().lstrip("+-") == "nan" for word in element.get(name, "").split()):
+                own = f"<{element.tag}> " if element.tag not in _OWNERS else ""
+                place = f"{owner}, {own}{name}"
+                remedy = "Write a finite number, or leave it out to use the default"
+                problem = "a value is not a number"
+                raise RobotError(problem, file=file, place=place, value=element.get(name), remedy=remedy)
+        todo.extend((child, owner) for child in reversed(element))
 
 
 def _check_chain(root: Element, file: Path | str) -> None:

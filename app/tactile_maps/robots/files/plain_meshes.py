@@ -40,6 +40,18 @@ def read_plain_obj(data: bytes) -> tuple[FloatArray, IntArray] | None:
     return vertices[used], (np.cumsum(used) - 1)[corners - 1]
 
 
+def stl_truncation(data: bytes) -> str:
+    """Return by how much a binary STL file is shorter than its header states; empty for other files."""
+    start = _STL_HEADER + 4
+    if len(data) < start or data[start - 1]:  # text, because no file has 16 million triangles
+        return ""
+    count = int.from_bytes(data[_STL_HEADER:start], "little")
+    size = start + count * _STL_FACE.itemsize
+    if size <= len(data):
+        return ""
+    return f"the file is truncated: its header states {count} triangles ({size} bytes), and it has {len(data)} bytes"
+
+
 def read_binary_stl(data: bytes) -> tuple[FloatArray, IntArray] | None:
     """Return the vertices (3 m, 3), three for each face, and the faces (m, 3) of a binary STL file; None for text.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from xml.etree.ElementTree import Element, SubElement, tostring
@@ -21,8 +22,8 @@ from tactile_maps.robots.model.mujoco_spec import parse_spec
 from tactile_maps.robots.model.robot import Robot
 from tactile_maps.robots.model.sanitize import settle_missing_meshes
 
-ARMATURE = 0.01  # kg m²
-DAMPING = 0.3  # N m s/rad
+ARMATURE = 0.01  # kg m², or kg for a slide
+DAMPING = 0.3  # N m s/rad, or N s/m for a slide
 _KEPT = ("link", "joint", "material")
 # discardvisual: keeps visual meshes, which is only possible in the text. fusestatic: keeps links behind fixed joints,
 # and their names. boundinertia: several iCub models state inertias that are not positive.
@@ -77,6 +78,7 @@ def read_urdf(path: Path, *, package_roots: Sequence[Path] = (), findings: list[
     if root.find("link") is None:
         raise RobotError("the file contains no robot: it has no link", file=path, remedy=files_that_include(path))
     check_amounts(root, path)
+    _check_unique_names(root, path)
     notes += [*_drop_repeated(root), *_repair_triples(root), *_drop_shapes_without_size(root), *_repair_inertias(root)]
     return root
 
@@ -174,6 +176,16 @@ def _drop_repeated(root: Element) -> list[Finding]:
     return places_finding("repeated", places, "stated again: the first counts")
 
 
+def _check_unique_names(root: Element, path: Path) -> None:
+    """Raise RobotError for two links or two joints of one name, which MuJoCo rejects without naming a link."""
+    for tag in ("link", "joint"):
+        for name, count in Counter(element.get("name", "") for element in root.findall(tag)).items():
+            if count > 1 and name:
+                remedy = f"Rename all but one, also where other elements name the {tag}, or remove the copies"
+                problem = f"{count} {tag}s have the same name"
+                raise RobotError(problem, file=path, place=f"{tag} {name}", remedy=remedy)
+
+
 _TRIPLES = ("xyz", "rpy", "scale")
 
 
@@ -262,15 +274,22 @@ def _check_mimics(root: Element) -> list[Finding]:
 def _add_joint_dynamics(spec: mujoco.MjSpec) -> list[Finding]:
     """Set armature, which URDF cannot state, and missing damping; without them light links are numerically stiff."""
     findings = list[Finding]()
-    bare = 0
-    loose = 0
-    for joint in spec.joints:
-        if joint.armature == 0:
-            joint.armature = ARMATURE
-            bare = bare + 1
-        if joint.damping[0] == 0:
-            joint.damping[0] = DAMPING
-            loose = loose + 1
-    add_finding(findings, "armature", "joints", f"set to an armature of {ARMATURE} kg m²", bare)
-    add_finding(findings, "damping", "joints", f"set to a damping of {DAMPING} N m s/rad", loose)
+    bare = [joint for joint in spec.joints if joint.armature == 0]
+    loose = [joint for joint in spec.joints if joint.damping[0] == 0]
+    for joint in bare:
+        joint.armature = ARMATURE
+    for joint in loose:
+        joint.damping[0] = DAMPING
+    armature = f"set to an armature of {_with_units(ARMATURE, bare, 'kg m²', 'kg')}"
+    damping = f"set to a damping of {_with_units(DAMPING, loose, 'N m s/rad', 'N s/m')}"
+    add_finding(findings, "armature", "joints", armature, len(bare))
+    add_finding(findings, "damping", "joints", damping, len(loose))
     return findings
+
+
+def _with_units(value: float, joints: Sequence[mujoco.MjsJoint], turning: str, sliding: str) -> str:
+    """Return the value with the units of the kinds of ``joints``, as text."""
+    slides = {joint.type == mujoco.mjtJoint.mjJNT_SLIDE for joint in joints}
+    if len(slides) > 1:
+        return f"{value} {turning}, and {value} {sliding} for slides"
+    return f"{value} {sliding if True in slides else turning}"

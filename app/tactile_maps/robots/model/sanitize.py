@@ -402,6 +402,18 @@ def overlapping_bodies(model: mujoco.MjModel, home: FloatArray) -> list[tuple[st
         counts.update(touching_bodies(model, data, posture))
     pairs = {pair for pair, count in counts.items() if count >= TOUCHING_SHARE * SAMPLED_POSTURES}
     pairs |= touching_bodies(model, data, home) | _children_of_fixed_links(model)
+    return _named(model, pairs)
+
+
+def neighbours_of_fixed_links(model: mujoco.MjModel) -> list[tuple[str, str]]:
+    """Return the pairs of a link fixed to the world and a moving link that it carries.
+
+    They never collide, as all neighbours, whether or not they overlap.
+    """
+    return _named(model, _children_of_fixed_links(model))
+
+
+def _named(model: mujoco.MjModel, pairs: Collection[tuple[int, int]]) -> list[tuple[str, str]]:
     return sorted((model.body(a).name, model.body(b).name) for a, b in pairs)
 
 

@@ -25,6 +25,7 @@ from tactile_maps.geometry.remesh.wrap import coarsest_voxel, wrap_mesh
 from tactile_maps.geometry.surface.mesh import Mesh
 from tactile_maps.geometry.surface.pose import Pose
 from tactile_maps.robots.kinematics import Configuration, limb_joints, link_parents
+from tactile_maps.robots.model.proportions import OVERSIZED
 from tactile_maps.robots.model.robot import Link, Robot
 from tactile_maps.skin.model.skin import (
     LOW_COVERAGE,
@@ -165,7 +166,7 @@ def cover_robot(robot: Robot, spec: CoverSpec | None = None, *, progress: Progre
         progress: Receives a text and the fraction done, 0 to 1; may raise to cancel.
 
     Raises:
-        SkinError: No link can be covered, or a named link has no geometry.
+        SkinError: No link can be covered, a named link has no geometry, or a mesh is too large for the robot.
         RobotError: A named link does not exist.
 
     Example:
@@ -176,6 +177,7 @@ def cover_robot(robot: Robot, spec: CoverSpec | None = None, *, progress: Progre
     Cost: about 1 s for 1000 taxels on three links.
     """
     spec = spec or CoverSpec()
+    _check_sizes(robot)
     choices = [spec.links] if spec.links else _link_choices(robot)
     meshes, findings = _cleaned_links(robot)
     _check_links(robot, choices[0], meshes)
@@ -226,6 +228,15 @@ def with_covers(skin: Skin, covers: Sequence[Skin]) -> Skin:
         patches.append(replace(patch, name=patch_name(patch.link, before)))
     findings = (finding for one in (skin, *covers) for finding in one.findings)
     return Skin(tuple(patches), tuple(findings), sum(one.bare_area for one in (skin, *covers)))
+
+
+def _check_sizes(robot: Robot) -> None:
+    """Raise SkinError for a robot with an oversized mesh: its shape is resolved to millimetres, which takes hours."""
+    for note in robot.findings:
+        if note.kind == OVERSIZED:
+            problem = "the mesh of a link is too large for the robot, which therefore cannot be covered"
+            remedy = note.action[0].upper() + note.action[1:]
+            raise SkinError(problem, file=robot.source, place=f"link {note.where}", remedy=remedy)
 
 
 def _check_links(robot: Robot, links: tuple[str, ...], meshes: dict[str, Mesh]) -> None:
