@@ -6,14 +6,14 @@ from collections.abc import Mapping
 from typing import Any
 
 
-def quality_fields(result: Mapping[str, Any]) -> dict[str, object]:
+def quality_fields(result: Mapping[str, Any]) -> dict[str, str]:
     """Return the lines of the table by title.
 
     Args:
         result: JSON of the measures, as ``MapQuality.to_json`` returns it.
     """
     return {
-        "Faces": result["faces"],
+        "Faces": str(result["faces"]),
         "One-to-one": "yes"
         if result["bijective"]
         else f"no ({result['flips']} flipped triangles, {result['overlaps']} overlaps)",
