@@ -59,13 +59,51 @@ def test_force_that_crosstalk_passes_beyond_the_ring_is_added():
     detector = ContactDetector(MAP)
     for share in (0.05, 0.3):
         pressures = crosstalk_matrix(SKIN, share) @ true
-        (plain,) = ContactDetector(MAP).read(pressures)
+        unaware = ContactDetector(MAP, errors=SensorUncertainty(unknown=True))
+        (plain,) = unaware.read(pressures)
         detector.errors = SensorUncertainty.of_sensor(SensorEffects(crosstalk=Crosstalk(share)))
         (region,) = detector.read(pressures)
         lost = 1 - plain.force / exact.force
         assert lost > 0.05 * share, "the ring bears force of its own, which it passes on"
         assert abs(region.force / exact.force - 1) < (1e-9 if share < 0.1 else 1e-3 * lost)
         assert region.force_error == pytest.approx(plain.force_error, abs=1e-12)
+
+
+def plate(kilopascals):
+    """A flat object on top of the bar, whose pressure rises from a tenth to all of ``kilopascals``."""
+    x, y, z = POSITIONS.T
+    under = (np.abs(x - 0.2) < 0.06) & (np.abs(y) < 0.02) & (z > 0)
+    return np.where(under, 1e3 * kilopascals * (0.1 + 0.9 * (x - 0.14) / 0.12), 0.0)
+
+
+@pytest.mark.parametrize("kilopascals", [1.2, 2.0, 5.0])
+def test_force_of_a_flat_object_includes_its_taxels_below_the_threshold(kilopascals):
+    pressures = plate(kilopascals)
+    (region,) = ContactDetector(MAP).read(pressures)
+    assert region.force == pytest.approx(pressures @ SKIN.areas, rel=1e-12)
+    low, high = region.force_interval
+    assert low <= pressures @ SKIN.areas * (1 + 1e-12)
+    assert high < 1.1 * region.force
+
+
+def test_readings_that_noise_explains_are_not_added_to_a_contact():
+    noisy = ContactDetector(MAP, errors=SensorUncertainty(noise=100.0))
+    (region,) = noisy.read(around((0.2, 0, 0.02), kilopascals=20.0) + 90.0)
+    (exact,) = ContactDetector(MAP).read(around((0.2, 0, 0.02), kilopascals=20.0))
+    assert np.array_equal(region.taxels, exact.taxels)
+
+
+def test_taxels_between_two_contacts_belong_to_the_nearer_one():
+    pressures = np.zeros(len(SKIN))
+    first, last = (int(np.argmin(np.linalg.norm(POSITIONS - (x, 0, 0.02), axis=1))) for x in (0.1, 0.3))
+    x, y, z = POSITIONS.T
+    pressures[(np.abs(y) < 0.02) & (x > 0.1) & (x < 0.3) & (z > 0)] = 200.0
+    pressures[[first, last]] = 3 * TOUCH_THRESHOLD
+    regions = ContactDetector(MAP).read(pressures)
+    assert len(regions) == 2
+    assert sum(region.force for region in regions) == pytest.approx(pressures @ SKIN.areas, rel=0.05)
+    for region in regions:
+        assert np.ptp(POSITIONS[region.taxels, 0]) < 0.15
 
 
 def test_a_taxel_stays_touched_down_to_half_the_threshold():

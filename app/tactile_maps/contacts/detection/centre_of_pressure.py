@@ -51,6 +51,7 @@ class SensorUncertainty:
         lumps: Whether the contact model presses single points, each of which one pad holds as a whole or not at all.
         depth: Depth of the taxels where the contact model spreads forces down to it [m]; 0 at the surface.
         displaced: (taxels,) squared distances of pads from the places of their taxels [m²], where known.
+        unknown: Whether the noise is not known: a real skin without tare.
 
     Raises:
         MapError: A number is out of range.
@@ -67,6 +68,7 @@ class SensorUncertainty:
     lumps: bool = False
     depth: float = 0.0
     displaced: FloatArray | None = None
+    unknown: bool = False
 
     def __post_init__(self) -> None:
         for name in ("noise", "gain", "calibration", "lag", "elapsed", "depth"):
@@ -99,7 +101,7 @@ class SensorUncertainty:
     @classmethod
     def measured(cls, noise: TaxelNoise | None) -> SensorUncertainty:
         """Uncertainty of a real skin whose noise was measured; None for unknown noise."""
-        return cls() if noise is None else cls(float(np.median(noise.sd)), taxels=noise)
+        return cls(unknown=True) if noise is None else cls(float(np.median(noise.sd)), taxels=noise)
 
     def noise_of(self, taxels: IntArray, areas: FloatArray) -> float:
         """Standard deviation of a reading of some taxels (k,) with these areas (k,) [Pa]."""

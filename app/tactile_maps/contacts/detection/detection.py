@@ -44,6 +44,10 @@ just touch have at a threshold of three. Among 1000 taxels at 200 Hz noise alone
 _AFTER = 0.1
 """Share of its strongest reading below which a taxel of a real skin is released: soft covers keep several per cent of a
 load as creep. It holds until the taxel has come back to rest."""
+_FAINT = 0.01
+"""Share of the threshold from which a reading next to a contact is part of its force, unless noise is larger."""
+_FAINT_NOISE = 3.0
+"""Standard deviations of its noise that such a reading must be."""
 _DIP_LIMIT = 3.0
 """The same for the dip between two contacts that are connected."""
 
@@ -82,7 +86,8 @@ class ContactDetector:
     """Detector of contact regions, frame by frame. Mutable: it stores the touched taxels and the ids of regions.
 
     Regions are connected on the body (the skin's neighbours), so a seam never splits one. The untouched ring around a
-    region is added before summing: 8 to 20 % of the force is below the threshold there. A ring taxel between two
+    region is added before summing: 8 to 20 % of the force is below the threshold there. Pressed taxels connected to the
+    ring are added too: a flat object at rest may press most of its taxels below the threshold. A ring taxel between two
     regions counts for both. The force that crosstalk passes beyond the ring follows from the readings and is added to
     that of the region. A reading that is not finite counts as unpressed.
 
@@ -146,11 +151,26 @@ class ContactDetector:
         self._errors_now = errors
         self._held = None
         self._measure_dips()
+        self._measure_faint()
 
     def _measure_dips(self) -> None:
         """Compute the dip (taxels,) between close contacts that noise rarely exceeds [Pa]; None for unknown noise."""
         noise = self._errors.taxels
         self._dips = None if noise is None else self._close.smoothed_noise(noise.limits(_DIP_LIMIT))
+
+    def _measure_faint(self) -> None:
+        """Compute the readings (taxels,) from which pressed taxels next to a contact count [Pa].
+
+        None where readings without pressure may be larger: noise is unknown, offsets drift, or hysteresis keeps a part
+        of earlier pressures.
+        """
+        errors = self._errors
+        effects = errors.effects
+        if errors.unknown or effects.offset_drift is not None or effects.hysteresis is not None:
+            self._faint = None
+            return
+        noise = _FAINT_NOISE * errors.noise if errors.taxels is None else errors.taxels.limits(_FAINT_NOISE)
+        self._faint = np.maximum(_FAINT * self._thresholds, noise)
 
     @property
     def errors_now(self) -> SensorUncertainty:
@@ -181,6 +201,7 @@ class ContactDetector:
         self._threshold = threshold
         self._thresholds = thresholds
         self._level()
+        self._measure_faint()
 
     def _level(self) -> None:
         """Update the pressure from which each taxel is touched [Pa]."""
@@ -216,6 +237,9 @@ class ContactDetector:
         self._tracker.reset()
         self._seen = b""
         self._felt: list[_TouchedGroup] = []
+        self._groups: list[TaxelGroup] = []
+        self._covered: BoolArray = np.zeros(len(self._skin), dtype=bool)  # taxels of these groups
+        self._beyond = b""  # pressed taxels outside them
         self._faces: dict[int, int] = {}  # by region, the triangle that held its centre
         self._since = None
         self._errors_now = self._errors
@@ -266,6 +290,11 @@ class ContactDetector:
         else:
             self._seen = mask
             self._look(touched.nonzero()[0], pressures, time)
+        if self._felt and self._faint is not None:
+            pressed = pressures >= self._faint
+            if self._errors.taxels is not None:
+                pressed &= pressures >= _AFTER * self._strongest
+            same &= self._extend(pressed)
         regions = [self._region(felt, pressures) for felt in self._felt]
         self._faces = {region.id: region.at.face for region in regions}
         if len(regions) > 1:
@@ -316,6 +345,22 @@ class ContactDetector:
         self._level()
         names = self._tracker.assign(groups, now=time, measure=lambda parts: self._measured(parts, pressures))
         self._felt = [self._touched_group(name, group) for name, group in zip(names, groups, strict=True)]
+        self._groups = groups
+        self._covered = np.zeros(len(self._skin), dtype=bool)
+        for felt in self._felt:
+            self._covered[felt.taxels] = True
+        self._beyond = b""
+
+    def _extend(self, pressed: BoolArray) -> bool:
+        """Add ``pressed`` taxels (taxels,) connected to the rings of groups; return whether nothing changed."""
+        outside = pressed & ~self._covered
+        beyond = outside.tobytes() if outside.any() else b""
+        if beyond == self._beyond:
+            return True
+        self._beyond = beyond
+        groups = self._graph.extended(self._groups, set(pressed.nonzero()[0].tolist())) if beyond else self._groups
+        self._felt = [self._touched_group(felt.name, group) for felt, group in zip(self._felt, groups, strict=True)]
+        return False
 
     def _measured(self, groups: Sequence[TaxelGroup], pressures: FloatArray) -> list[Measured]:
         """Return the centre and force of each group; the force on a taxel in several rings is shared among them."""
@@ -407,7 +452,7 @@ class ContactDetector:
         motion = self._follow(felt.name.id, force, place.link_position)
         errors = propagate_uncertainty(
             self._errors_now,
-            Readings(forces, felt.areas, felt.taxels, felt.inside, self._deviations(felt)),
+            Readings(forces, felt.areas, felt.taxels, felt.inside, self._deviations(felt), self._faint_around(felt)),
             np.einsum("ij,ij->i", offsets, offsets),
             motion=motion,
         )
@@ -436,6 +481,12 @@ class ContactDetector:
             merged=felt.name.merged,
             split_from=felt.name.split_from,
         )
+
+    def _faint_around(self, felt: _TouchedGroup) -> float | None:
+        """Return the largest reading that is left out next to an extended group [Pa]; None for one with a ring only."""
+        if self._faint is None or self._covered[felt.taxels].all():
+            return None
+        return float(self._faint.take(felt.taxels).max())
 
     def _deviations(self, felt: _TouchedGroup) -> FloatArray | None:
         """Return the standard uncertainties (k,) of the forces on estimated taxels [N]."""

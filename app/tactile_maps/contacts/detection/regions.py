@@ -7,7 +7,7 @@ never splits a group. ``SeamCrossings`` tests whether a seam tears a group apart
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import NamedTuple
@@ -145,6 +145,22 @@ class TaxelGraph:
             left -= front
             core |= front
         return TaxelGroup(frozenset(core), frozenset(reached - core))
+
+    def extended(self, groups: Sequence[TaxelGroup], pressed: set[int]) -> list[TaxelGroup]:
+        """Return the groups with the ``pressed`` taxels that are connected to their rings.
+
+        Each taxel is added to the ring of the nearest group, or of several that are equally near.
+        """
+        left = pressed.difference(*(group.core | group.ring for group in groups))
+        rings = [set(group.ring) for group in groups]
+        fronts = [group.ring & pressed for group in groups]
+        while left and any(fronts):
+            around = [frozenset[int]().union(*[self.near[taxel] for taxel in front]) for front in fronts]
+            fronts = [one & left for one in around]
+            for ring, front in zip(rings, fronts, strict=True):
+                ring |= front
+            left = left.difference(*fronts)
+        return [TaxelGroup(group.core, frozenset(ring)) for group, ring in zip(groups, rings, strict=True)]
 
 
 class SeamCrossings:
