@@ -8,9 +8,10 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import chdir, contextmanager
 from dataclasses import replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
@@ -79,7 +80,8 @@ def figure(path: Path) -> None:
     """Draw the figure of the README's example."""
     text = Path("README.md").read_text(encoding="utf8").split("```python\n")[1].split("```")[0]
     names: dict[str, Any] = {}
-    exec(text, names)
+    with TemporaryDirectory() as folder, chdir(folder):  # the example saves a picture
+        exec(text, names)
     ax = tm.draw_map(names["tactile_map"], names["frame"].pressures, contacts=names["frame"].regions)
     ax.figure.savefig(path, dpi=110, bbox_inches="tight")
 

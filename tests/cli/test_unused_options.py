@@ -19,7 +19,7 @@ def files(tmp_path):
     found = {ending: tmp_path / f"it.{ending}" for ending in ("csv", "mcap", "stl", "toml", "npz")}
     for path in found.values():
         path.write_text("time,1\n0,0\n")
-    save_map(bar_map(), found["npz"])
+    save_map(bar_map(), found["npz"], overwrite=True)
     return {ending: str(path) for ending, path in found.items()}
 
 

@@ -30,7 +30,7 @@ from tactile_maps.recording.encoding.frame_schema import PREFIX_BYTES
 from tactile_maps.scene.object_meshes import primitive_mesh
 from tactile_maps.scene.objects import ObjectSpec, SceneObject
 from tactile_maps.session.session import Session
-from tactile_maps.studies.testbeds.reference_bodies import flat_map
+from tactile_maps.skin.model.skin import Skin
 from tactile_maps.tactile.mechanics.contact_notes import ContactNote, ContactNoteKind
 from tactile_maps.tactile.poke import PokePressed, PokeState
 
@@ -136,7 +136,7 @@ def test_a_frame_of_another_robot_skin_or_scene_is_refused(touched, prepared):
     for other in (
         replace(prepared, robot=fewer),
         replace(prepared, objects=(ball,)),
-        replace(prepared, skin=flat_map(30).skin),
+        replace(prepared, skin=Skin(prepared.skin.patches[:-1])),
     ):
         with pytest.raises(RecordingError, match="another robot, skin or scene"):
             decode_frame(encode_frame(touched), other)

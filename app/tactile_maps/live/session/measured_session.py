@@ -121,6 +121,7 @@ class MeasuredSession:
             depth=layer.depth,
             friction=layer.friction or 0.5,
         )
+        self._contacts.set_measured_noise(None)
         self.implausible = ImplausibleValues()
         self._clock = SessionClock(prepared.scene.tick, finite=finite)
         self._joints = MeasuredJoints(robot, self.implausible)

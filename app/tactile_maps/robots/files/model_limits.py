@@ -137,7 +137,7 @@ def _check_numbers(root: Element, file: Path | str) -> None:
         element, owner = todo.pop()
         if element.tag in _OWNERS:
             owner = f"{element.tag} {element.get('name', '')}".strip()
-        for name in _NUMBERS:
+        for name in _NUMBERS if element.tag != "config" else ():  # a plug-in checks its own values
             if any(word.lower().lstrip("+-") == "nan" for word in element.get(name, "").split()):
                 own = f"<{element.tag}> " if element.tag not in _OWNERS else ""
                 place = f"{owner}, {own}{name}"
