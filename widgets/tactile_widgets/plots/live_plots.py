@@ -236,7 +236,7 @@ class LivePlots(QWidget):
             button.setDefaultAction(action)
             button.setAutoRaise(True)
             button.setObjectName(f"plots-{action.objectName()}")
-            button.setText(f"{action.text().split()[0]}…")  # both open a dialog; the tool tip is the whole text
+            button.setText(f"{action.iconText().split()[0]}…")  # both open a dialog; the tool tip is the whole text
             button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
             column.addWidget(button)
         column.addStretch(1)

@@ -36,7 +36,7 @@ _DROWNED = 0.5
 """A ring that reduces the force of the touched taxels to this share is all noise."""
 _ITERATIONS = 8
 """Number of iterations for the force that crosstalk passes beyond the ring: exact to 1e-9 of it for a share of 5 %."""
-_EXACT = SensorUncertainty()
+_UNSTATED = SensorUncertainty(unknown=True)
 _FROM_TAXELS = CentreSettings()
 NOISE_LIMIT = 6.0
 """Standard deviations of its noise that the force on a new region's touched taxels must be: as much as four taxels that
@@ -86,16 +86,17 @@ class ContactDetector:
     """Detector of contact regions, frame by frame. Mutable: it stores the touched taxels and the ids of regions.
 
     Regions are connected on the body (the skin's neighbours), so a seam never splits one. The untouched ring around a
-    region is added before summing: 8 to 20 % of the force is below the threshold there. Pressed taxels connected to the
-    ring are added too: a flat object at rest may press most of its taxels below the threshold. A ring taxel between two
-    regions counts for both. The force that crosstalk passes beyond the ring follows from the readings and is added to
-    that of the region. A reading that is not finite counts as unpressed.
+    region is added before summing: 8 to 20 % of the force is below the threshold there. Where the noise is known,
+    pressed taxels connected to the ring are added too: a flat object at rest may press most of its taxels below the
+    threshold. A ring taxel between two regions counts for both. The force that crosstalk passes beyond the ring follows
+    from the readings and is added to that of the region. A reading that is not finite counts as unpressed.
 
     Args:
         map_: The tactile map.
         threshold: Pressure from which a taxel is touched [Pa], > 0; it remains touched down to half of that. One for
             all, or (taxels,).
-        errors: Uncertainty of the readings, for error bars; may be set at any time.
+        errors: Uncertainty of the readings, for error bars; may be set at any time. By default no noise is assumed, but
+            pressed taxels beyond the ring are not added, because noise could be.
         centre: Settings for the centre of a region.
 
     Attributes:
@@ -112,7 +113,7 @@ class ContactDetector:
         map_: TactileMap,
         *,
         threshold: float | FloatArray = TOUCH_THRESHOLD,
-        errors: SensorUncertainty = _EXACT,
+        errors: SensorUncertainty = _UNSTATED,
         centre: CentreSettings = _FROM_TAXELS,
     ) -> None:
         self._since: float | None = None  # when the offsets began to drift [s]
@@ -483,10 +484,8 @@ class ContactDetector:
         )
 
     def _faint_around(self, felt: _TouchedGroup) -> float | None:
-        """Return the largest reading that is left out next to an extended group [Pa]; None for one with a ring only."""
-        if self._faint is None or self._covered[felt.taxels].all():
-            return None
-        return float(self._faint.take(felt.taxels).max())
+        """Return the largest reading that is left out next to a group [Pa]; None where all beyond the ring are."""
+        return None if self._faint is None else float(self._faint.take(felt.taxels).max())
 
     def _deviations(self, felt: _TouchedGroup) -> FloatArray | None:
         """Return the standard uncertainties (k,) of the forces on estimated taxels [N]."""

@@ -203,8 +203,7 @@ class Readings(NamedTuple):
         inside: (c,) indices of the touched ones.
         estimated: (k,) standard uncertainties of the forces on broken taxels, which are estimated, 0 for others [N];
             None where broken taxels are unknown.
-        faint: Reading [Pa] below which taxels around the contact are left out, where it extends beyond the ring; None
-            where the ring is its end.
+        faint: Reading [Pa] below which taxels around the contact are left out; None where all beyond the ring are.
     """
 
     forces: FloatArray
@@ -425,10 +424,6 @@ def _add_systematic(
     tails = 0.32 * dark * errors.depth * math.sqrt(area)
     place = 0.0
     ring = total - float(touched.sum())
-    left_out = 0.0
-    if readings.faint is not None:
-        left_out = readings.faint * float(areas.sum() - areas.take(inside).sum())
-        ring = 0.0
     if effects.area_averaging is not None:
         displaced = 0.09**2 * area
         if errors.displaced is not None:
@@ -465,7 +460,10 @@ def _add_systematic(
     rounded = tails * effects.quantisation.step if effects.quantisation and not effects.threshold else 0.0
     tail = (1 + float(areas.sum()) / (math.pi * errors.depth**2)) ** -1.5 if errors.depth else 0.0
     outside = min(tail / TAIL_SHARE, 1.0) * tail * total
-    beyond = math.hypot(max(ring, 0.0) ** 3 / total**2, left_out, outside, 2 * rounded)
+    rim = max(ring, 0.0) ** 3 / total**2
+    if readings.faint is not None:
+        rim = min(rim, readings.faint * float(areas.sum() - areas.take(inside).sum()))
+    beyond = math.hypot(rim, outside, 2 * rounded)
     if beyond > 0:
         widths["ring"] = Widths(math.hypot(0.5 * outside, rounded), beyond)
     return place
