@@ -162,9 +162,7 @@ STATED = {
     **{
         (model, effect): (STANDARD, (1.0, 1.0)) for model in ("water-fill", "punch") for effect in ("none", "crosstalk")
     },
-    # Intervals are made for forces of the ring alone; pressed taxels beyond it make them wider than needed.
-    **{("half-space", effect): (STANDARD, (0.92, 0.997)) for effect in ("none", "crosstalk")},
-    ("half-space", "saturation"): (STANDARD, (0.92, 0.985)),
+    **{("half-space", effect): (STANDARD, (0.92, 0.985)) for effect in ("none", "crosstalk")},
     **{(model, "dead taxels"): ((0.63, 0.81), INTERVAL) for model in SPREADING},
     ("point", "dead taxels"): ((0.63, 1.0), (0.92, 1.0)),
 }

@@ -22,7 +22,7 @@ class MeasuredFacts:
         problem: Error of the newest rejected reading; None if there was none.
         unknown: Sorted labels that belong to no taxel.
         unknown_values: Number of values with such a label.
-        ambiguous: Sorted labels that belong to several taxels, with the labels that tell these apart.
+        ambiguous: Sorted labels that belong to several taxels, with the labels that distinguish these.
         ambiguous_values: Number of values with such a label.
         unheard: Number of taxels without a value so far.
         unknown_joints: Sorted names of joints that the robot does not have.
