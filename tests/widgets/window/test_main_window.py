@@ -9,7 +9,7 @@ import pytest
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QAction
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QToolButton
+from PySide6.QtWidgets import QApplication, QLabel, QToolButton
 
 from tactile_maps.editing.arrange import move
 from tactile_maps.editing.pins import add_pin
@@ -106,6 +106,29 @@ def test_hints_cover_no_view_and_take_no_row(new_window, size):
     line = new_window.status_line
     assert line.rect().contains(bar.geometry())
     assert not bar.geometry().intersects(line.factor.geometry())
+
+
+@pytest.mark.long
+def test_hints_that_do_not_fit_are_left_out_and_none_is_cut(new_window):
+    bar = new_window.hint_bar
+
+    def shown():
+        QApplication.processEvents()
+        QApplication.processEvents()  # the bar is placed after the status line, and then its parts
+        parts = bar.findChildren(QLabel) + bar.findChildren(QToolButton)
+        visible = [part for part in parts if part.isVisible()]
+        assert all(part.width() >= part.sizeHint().width() for part in visible)
+        assert all(bar.rect().contains(part.geometry()) for part in visible)
+        return {part.objectName() for part in visible}
+
+    assert shown() == {"hint-1", "hint-2", "hint-3", "hint-tour", "hint-dismiss"}
+    new_window.resize(900, 600)
+    assert shown() == {"hint-1", "hint-2", "hint-tour", "hint-dismiss"}
+    pixel = new_window.map_view.pixel_of(new_window.live.prepared.skin.taxel_point(20)).toPoint()
+    QTest.mouseMove(new_window.map_view.viewport(), pixel + QPoint(2, 0))
+    QTest.mouseMove(new_window.map_view.viewport(), pixel)
+    assert shown() == {"hint-tour", "hint-dismiss"}
+    assert "taxel 20" in new_window.readout.text()
 
 
 @pytest.mark.long

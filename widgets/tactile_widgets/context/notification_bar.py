@@ -14,7 +14,7 @@ from PySide6.QtGui import QAction, QShowEvent
 from PySide6.QtWidgets import QBoxLayout, QHBoxLayout, QLabel, QSizePolicy, QToolButton, QVBoxLayout, QWidget
 
 from tactile_widgets.common.colours import Theme, mixed
-from tactile_widgets.common.make import ElidedLabel, make
+from tactile_widgets.common.make import make
 from tactile_widgets.common.sentence import as_sentence
 from tactile_widgets.common.settings import NavigationStyle
 
@@ -34,6 +34,7 @@ _TURNING = {
 """Gesture that turns the view from any place in it."""
 _HINTS = ("Press skin or map: poke", "Tab Control: choose a controller")
 """The most important actions in one line, after turning the view; the sheet of keys (F1) lists all."""
+_HINT_GAP = 8
 _TOUR_TIP = "Five steps to try in the window; also in Help > Take the tour"
 
 
@@ -288,7 +289,8 @@ class MessageStack(FloatingBar):
 class HintBar(FloatingBar):
     """Hints for new users at the left of the status line; hidden once the skin is touched, or when dismissed.
 
-    They are not over the views, because there they would hide the robot or the map, and take no row of their own.
+    They are not over the views, because there they would hide the robot or the map, and take no row of their own. Where
+    not all of them fit, the last ones are left out; none is cut.
 
     Args:
         theme: Colours.
@@ -305,17 +307,18 @@ class HintBar(FloatingBar):
         self.setObjectName("hint-bar")
         layout = QHBoxLayout(self)
         layout.setContentsMargins(8, 0, 2, 0)
-        layout.setSpacing(8)
-        self._labels = [ElidedLabel(f"hint-{number}", self) for number in range(1, len(_HINTS) + 2)]
+        layout.setSpacing(_HINT_GAP)
+        self._labels = [make(QLabel, self, objectName=f"hint-{number}") for number in range(1, len(_HINTS) + 2)]
         for label in self._labels:
             layout.addWidget(label)
-        self.set_navigation(NavigationStyle.STANDARD)
         layout.addStretch(1)
         tour = make(QToolButton, self, objectName="hint-tour", text="Take the tour", toolTip=_TOUR_TIP)
         close = make(QToolButton, self, objectName="hint-dismiss", text="Got it")
         for button, signal in ((tour, self.tour_requested), (close, self.dismissed)):
             button.clicked.connect(signal)
             layout.addWidget(button)
+        self._parts = (close, tour, *self._labels)
+        self.set_navigation(NavigationStyle.STANDARD)
         self.set_theme(theme)
 
     def set_navigation(self, style: NavigationStyle) -> None:
@@ -323,12 +326,21 @@ class HintBar(FloatingBar):
         texts = (f"{_TURNING[style]}: turn the view", *_HINTS)
         for number, (label, text) in enumerate(zip(self._labels, texts, strict=True), start=1):
             label.setText(f"{number}  {text}")
+        self._fit()
 
     def place(self) -> None:
         """Fill the parent to the left of the widgets that must not be covered."""
         room = min((part.x() for part in self._clear if part.isVisible()), default=self._parent.width())
         self.setGeometry(4, 2, room - 8, self._parent.height() - 4)
+        self._fit()
         self.raise_()
+
+    def _fit(self) -> None:
+        """Show the buttons, and then as many hints as fit."""
+        room = self.contentsRect().width() - 2 * _HINT_GAP
+        for part in self._parts:
+            room -= part.sizeHint().width() + _HINT_GAP
+            part.setVisible(room >= 0)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         if watched is self._parent and event.type() == QEvent.Type.LayoutRequest and self.isVisible():
