@@ -7,6 +7,7 @@ import math
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
 
 from tactile_widgets.common.number_field import NumberField, decimals_of
 
@@ -32,3 +33,15 @@ def test_number_outside_the_limits_is_shown_but_cannot_be_typed(qtbot):
     assert told == [4.5]
     field.show_words("—")
     assert field.text() == "—"
+
+
+def test_words_have_no_unit_once_the_field_is_shown(qtbot):
+    field = NumberField("Force", "N", 1.0, 5.0, 0.5, "How hard")
+    qtbot.addWidget(field)
+    field.show_number(math.inf)
+    field.show()
+    qtbot.waitExposed(field)
+    QApplication.processEvents()  # Qt writes the text again
+    assert field.text() == "∞"
+    QTest.keyClick(field, Qt.Key.Key_Down)
+    assert field.text() == "4.5\u202fN"

@@ -18,6 +18,7 @@ from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from tactile_maps.control.controller_registry import CONTROLLERS, effective_settings
 from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.scene.tasks import SHEAR_SETTINGS
 from tactile_widgets.common.panel import LabelledSlider
 
 CONTROLLER_SCENES = {
@@ -190,6 +191,8 @@ GAIN_SETTINGS = (
     "jacobian",
 )
 """Settings of how a controller works; the others define its task."""
+_SHEAR_SETTINGS = frozenset((*SHEAR_SETTINGS, "shear_direction", "shear_threshold"))
+"""Settings that need taxels that measure shear."""
 
 
 class GainsByController:
@@ -237,6 +240,7 @@ class ControllerSliders(QWidget):
     def __init__(self, names: Iterable[str] = SLIDERS, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._settings = self._defaults = ControlSettings()
+        self._without = frozenset[str]()
         self.by_name: dict[str, LabelledSlider] = {}
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
@@ -260,10 +264,15 @@ class ControllerSliders(QWidget):
             spec = SLIDERS[name]
             slider.set_default_tip(f"{getattr(defaults, name) * spec.scale:.4g}\u202f{spec.unit}".strip())
 
+    def set_measured(self, *, shear: bool) -> None:
+        """Hide the settings of shear for a skin that measures none, or show them."""
+        self._without = frozenset() if shear else _SHEAR_SETTINGS
+        self.show_settings(self._settings)
+
     def show_settings(self, settings: ControlSettings) -> None:
         """Show the current settings."""
         self._settings = settings
-        names = effective_settings(settings)
+        names = effective_settings(settings) - self._without
         for name, slider in self.by_name.items():
             slider.set_value(getattr(settings, name) * SLIDERS[name].scale)
             slider.setVisible(name in names)
@@ -272,7 +281,7 @@ class ControllerSliders(QWidget):
     def _most(self, settings: ControlSettings) -> int:
         """Return the largest number of sliders of a controller for this task, whose room is reserved for all."""
         of_each = (effective_settings(replace(settings, controller=c)) for c in CONTROLLERS)
-        return max(len(names & self.by_name.keys()) for names in of_each)
+        return max(len((names - self._without) & self.by_name.keys()) for names in of_each)
 
     def _on_value_changed(self, name: str, value: float) -> None:
         self._edit(name, value / SLIDERS[name].scale)

@@ -45,7 +45,8 @@ class NumberField(QDoubleSpinBox):
         self.setDecimals(decimals_of(step))
         self.setSingleStep(step)
         self.setRange(low, high)
-        self.setSuffix(f"\u202f{unit}" if unit else "")
+        self._unit = f"\u202f{unit}" if unit else ""
+        self.setSuffix(self._unit)
         longest = max((f"{end:.{self.decimals()}f}{self.suffix()}" for end in (low, high)), key=len)
         self.setFixedWidth(self.fontMetrics().horizontalAdvance(longest) + _ROOM)
         self.setFrame(False)
@@ -70,13 +71,18 @@ class NumberField(QDoubleSpinBox):
         return self._words or super().textFromValue(value)
 
     def stepBy(self, steps: int) -> None:
-        self._words = ""
+        if self._words:
+            self._words = ""
+            self.setSuffix(self._unit)
         super().stepBy(steps)
 
     def _say(self) -> None:
         edit = self.lineEdit()
         if not (self.hasFocus() and edit.isModified()):  # the user is not typing
-            edit.setText(f"{self.prefix()}{self.textFromValue(self.value())}{self.suffix() if not self._words else ''}")
+            unit = "" if self._words else self._unit
+            if unit != self.suffix():
+                self.setSuffix(unit)  # Qt adds it whenever it writes the text again
+            edit.setText(f"{self.prefix()}{self.textFromValue(self.value())}{unit}")
 
 
 class _WheelGuard(QObject):

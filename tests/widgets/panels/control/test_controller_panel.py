@@ -83,6 +83,19 @@ def test_a_drawn_path_has_its_own_size(panel):
     assert panel.edits[-1].path_speed == pytest.approx(drawn.path_speed + 0.001)
 
 
+@pytest.mark.parametrize("task", ["keep_force", "guide"])
+def test_settings_of_shear_are_hidden_for_a_skin_that_measures_none(panel, prepared, task):
+    settings = ControlSettings(controller="hybrid", task=task, shear_goal=1.0, max_shear=5.0)
+    panel.show_settings(settings)
+    panel.show_prepared(prepared)
+    of_shear = {"shear_goal", "shear_direction", "shear_threshold", "max_shear", "friction_use"}
+    assert effective_settings(settings) & of_shear
+    assert visible(panel) == effective_settings(settings) - of_shear - {"path"}
+    panel.sliders.set_measured(shear=True)
+    assert visible(panel) == effective_settings(settings) - {"path"}
+    assert panel.edits == []
+
+
 def test_settings_shown_are_not_taken_for_edits(panel):
     panel.show_settings(ControlSettings(controller="parallel", task="follow_path", jacobian="raw", path_kind="raster"))
     assert panel.edits == []

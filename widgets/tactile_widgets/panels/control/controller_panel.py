@@ -370,6 +370,7 @@ class ControllerPanel(Panel):
         """Use the gains of another scene as defaults."""
         self._gains.begin(settings_from(dict(prepared.scene.control)))
         self.sliders.set_defaults(self._gains.defaults)
+        self.sliders.set_measured(shear=bool(prepared.skin.three_axis.any()))
         self._limits.clear()
         self._step.clear()
 
