@@ -14,6 +14,7 @@ _MODULES = {
     "map-cost": "sweeps.map_cost",
     "image-cost": "sweeps.image_cost",
     "touch-cost": "sweeps.touch_cost",
+    "shear-cost": "sweeps.shear_cost",
     "force-estimators": "sweeps.force_estimators",
     "step-cost": "sweeps.step_cost",
     "contact": "sweeps.contact",
