@@ -11,7 +11,6 @@ from tactile_maps.core.errors import LiveError
 from tactile_maps.live.channels.calibration import (
     GRAVITY,
     Calibration,
-    Tare,
     ValueMode,
     load_calibration,
     save_calibration,
@@ -172,32 +171,6 @@ def test_id_on_two_links_is_calibrated_with_its_link(tmp_path):
     toml = tmp_path / "gains.toml"
     toml.write_text('gain = 2\n[[taxel]]\nid = "right:5"\ngain = 3\n')
     assert load_calibration(toml, both).gain[[5, 65]].tolist() == [2, 3]
-
-
-def test_a_tare_is_mean_and_spread():
-    random = np.random.default_rng(1)
-    readings = 1e6 + random.normal(0, 2, (50, 3))
-    tare = Tare(3, 50)
-    assert [tare.add(row, np.arange(3)) for row in readings] == [False] * 49 + [True]
-    mean, spread, counts, _ = tare.result()
-    assert counts.tolist() == [50, 50, 50]
-    assert np.allclose(mean, readings.mean(0), rtol=0, atol=1e-8)
-    assert np.allclose(spread, readings.std(0))
-    with pytest.raises(LiveError, match="1 to 100000"):
-        Tare(3, 0)
-
-
-def test_a_tare_counts_only_the_values_that_were_sent():
-    """Values of other taxels are held in between and say nothing of the noise."""
-    tare = Tare(3, 4)
-    values = np.array([10.0, 20.0, 30.0])
-    for taxel, value in ((0, 12.0), (1, 22.0), (0, 16.0), (1, 24.0)):
-        values[taxel] = value
-        tare.add(values, np.array([taxel]))
-    mean, spread, counts, _ = tare.result()
-    assert mean.tolist() == [14.0, 23.0, 30.0]
-    assert spread.tolist() == [2.0, 1.0, 0.0]
-    assert counts.tolist() == [2, 2, 0]
 
 
 def test_readings_that_fall_under_a_weight_are_named_with_the_negative_gain():

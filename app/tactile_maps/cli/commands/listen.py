@@ -322,6 +322,9 @@ def _figures(status: ConnectionStatus, facts: MeasuredFacts, session: MeasuredSe
         "tared": facts.tared,
         "inverted": facts.inverted,
         "falling": facts.falling,
+        "falling_taxels": list(facts.falling_taxels),
+        "touched_in_tare": list(facts.touched_in_tare),
+        "held_in_tare": list(facts.held_in_tare),
         "taxels": len(session.prepared.skin),
         "unheard": facts.unheard,
         "unknown": list(facts.unknown),
@@ -421,8 +424,17 @@ def _warnings(session: MeasuredSession, facts: MeasuredFacts, status: Connection
     if facts.falling:
         change = "leave out --inverted" if facts.inverted else "add --inverted"
         yield (
-            "neighbouring taxels fall below their baseline together. If the values fall under pressure, "
-            f"{change}; if the skin was touched during the tare, tare it untouched"
+            f"neighbouring taxels fall below their baseline together ({_named(list(facts.falling_taxels))}). If the "
+            f"values fall under pressure, {change}; if the skin was touched during the tare, tare it untouched"
+        )
+    if facts.touched_in_tare:
+        named = _named(list(facts.touched_in_tare))
+        yield f"the skin was touched during the tare; the readings meanwhile were left out for {named}"
+    if facts.held_in_tare:
+        named = _named(list(facts.held_in_tare))
+        yield (
+            f"neighbouring taxels read far more than the others during the tare ({named}). If something touched them, "
+            "contacts there are hidden: tare the skin untouched"
         )
     if status.state is ConnectionState.FAILED:
         yield f"the source failed: {status.problem}"

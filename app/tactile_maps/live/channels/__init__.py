@@ -2,6 +2,7 @@
 
 ``matching``           taxel of each value
 ``calibration``        pressure of a value; ``weighing`` calibrates with a known weight
+``tare``               baseline and noise of the untouched skin, without touches meanwhile
 ``force_calibration``  curves of taxels from a log of known loads, which ``calibration_log`` reads
 ``channel_health``     channels that never change while their neighbours do
 ``broken_channels``    channels whose silence is a fault

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -378,68 +378,3 @@ def _taxel(path: Path, place: str, row: Mapping[str, Any], skin: Skin) -> int:
         remedy = f"Give its number (taxel), 0 to {len(skin) - 1}"
         raise LiveError("unknown taxel", file=path, place=place, value=number, remedy=remedy)
     return int(number)
-
-
-MOST_KEPT = 200
-"""Maximum number of readings of a tare that are kept to estimate the shape of the noise."""
-
-
-class TareResult(NamedTuple):
-    """Statistics of readings of the untouched skin.
-
-    Attributes:
-        mean: (n,) mean of each taxel's readings; the latest value where none arrived.
-        spread: (n,) root mean square deviation from the mean.
-        counts: (n,) number of readings with a value of the taxel.
-        readings: (k, n) the first readings, at most ``MOST_KEPT``; NaN where a taxel has no value.
-    """
-
-    mean: FloatArray
-    spread: FloatArray
-    counts: IntArray
-    readings: FloatArray
-
-
-class Tare:
-    """Running statistics of readings of an untouched skin. Mutable.
-
-    Args:
-        taxels: Number of taxels of the skin.
-        frames: Number of readings; a taxel needs at least one value to get a baseline.
-    """
-
-    def __init__(self, taxels: int, frames: int) -> None:
-        if not 1 <= frames <= 100_000:
-            raise LiveError("the number of readings is out of range", value=frames, remedy="Choose 1 to 100000")
-        self._left = frames
-        self._counts: IntArray = np.zeros(taxels, dtype=np.int64)
-        self._first = np.zeros(taxels)
-        self._sum = np.zeros(taxels)
-        self._squares = np.zeros(taxels)
-        self._kept: list[FloatArray] = []
-
-    def add(self, values: FloatArray, heard: IntArray) -> bool:
-        """Add a reading; return whether it was the last one needed.
-
-        Args:
-            values: (n,) values of all taxels; taxels without a new value keep their latest one.
-            heard: (k,) taxels with a value in the reading.
-        """
-        self._first = np.where(self._counts == 0, values, self._first)
-        away = (values - self._first)[heard]  # deviations from the first value are small: no cancellation
-        self._left -= 1
-        self._counts[heard] += 1
-        self._sum[heard] += away
-        self._squares[heard] += away * away
-        if len(self._kept) < MOST_KEPT:
-            row = np.full(len(values), np.nan)
-            row[heard] = values[heard]
-            self._kept.append(row)
-        return self._left == 0
-
-    def result(self) -> TareResult:
-        """Return means, standard deviations and counts of the added readings."""
-        counts = np.maximum(self._counts, 1)
-        mean = self._sum / counts
-        variance = np.maximum(self._squares / counts - mean * mean, 0.0)
-        return TareResult(self._first + mean, np.sqrt(variance), self._counts.copy(), np.array(self._kept))

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray
-from tactile_maps.live.channels.calibration import Tare
+from tactile_maps.live.channels.tare import Tare
 from tactile_maps.skin.model.skin import Skin
 
 _MOST_NAMED = 1000
@@ -90,18 +90,19 @@ class ShearChannels:
         """Use the mean of the next readings as the baseline."""
         self._tare = Tare(self.raw.size, frames)
 
-    def take_tare(self, heard: IntArray, *, last: bool) -> None:
+    def take_tare(self, heard: IntArray) -> None:
         """Add the newest values to a running tare.
 
         Args:
             heard: (m,) taxels whose shear the newest reading contains.
-            last: Whether it is the last reading of the tare.
         """
-        if self._tare is None:
-            return
-        both = np.concatenate([2 * heard, 2 * heard + 1])
-        self._tare.add(self.raw.ravel(), both)
-        if last:
-            mean = self._tare.result().mean.reshape(-1, 2)
+        if self._tare is not None:
+            both = np.concatenate([2 * heard, 2 * heard + 1])
+            self._tare.add(self.raw.ravel(), both)
+
+    def end_tare(self, touched: BoolArray) -> None:
+        """Use the mean of the readings as the baseline, without those of touched taxels (blocks, taxels)."""
+        if self._tare is not None:
+            mean = self._tare.result(np.repeat(touched, 2, axis=1)).mean.reshape(-1, 2)
             self.baseline = np.where(np.isnan(mean), self.baseline, mean)
             self._tare = None

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
+from tactile_maps.core.arrays import IntArray
 from tactile_maps.live.channels.calibration import ValueMode
 from tactile_maps.live.channels.channel_health import SilentChannel
 from tactile_maps.live.channels.channel_swaps import SwappedChannels
@@ -40,6 +43,9 @@ class MeasuredFacts:
         weighing: Progress of a calibration with a known weight.
         inverted: Whether values that fall count as pressure.
         falling: Whether values fall below the baseline where the skin seems to be touched.
+        falling_taxels: Names of these taxels.
+        touched_in_tare: Names of taxels that were touched during a part of the tare, which was left out for them.
+        held_in_tare: Names of taxels that may have been touched during all of the tare.
         wrong_channels: Taxels that sent too few or too many of the channels pressure, t1 and t2.
         wrong_channel_values: Number of their values.
     """
@@ -67,15 +73,23 @@ class MeasuredFacts:
     weighing: WeighingState
     inverted: bool
     falling: bool
+    falling_taxels: tuple[str, ...]
+    touched_in_tare: tuple[str, ...]
+    held_in_tare: tuple[str, ...]
     wrong_channels: tuple[str, ...]
     wrong_channel_values: int
+
+
+def taxel_names(skin: Skin, taxels: IntArray) -> tuple[str, ...]:
+    """Return the names of taxels (k,) of a skin, in their order."""
+    return tuple(str(skin.taxel_name(taxel)) or f"taxel {taxel}" for taxel in taxels.tolist())
 
 
 def swapped_texts(skin: Skin, swapped: tuple[SwappedChannels, ...]) -> tuple[str, ...]:
     """Return swapped channels in words by module, like "module 14: 87012 with 87015"."""
     by_module: dict[int | None, list[str]] = {}
     for one in swapped:
-        names = [str(skin.taxel_name(taxel)) or f"taxel {taxel}" for taxel in (one.first, one.second)]
+        names = taxel_names(skin, np.array([one.first, one.second]))
         by_module.setdefault(one.module, []).append(" with ".join(names))
     return tuple(
         ("" if module is None else f"module {module}: ") + ", ".join(pairs) for module, pairs in by_module.items()
@@ -84,5 +98,5 @@ def swapped_texts(skin: Skin, swapped: tuple[SwappedChannels, ...]) -> tuple[str
 
 def silent_text(skin: Skin, silent: SilentChannel) -> str:
     """Return a silent channel in words: its name and value."""
-    name = str(skin.taxel_name(silent.taxel)) or f"taxel {silent.taxel}"
+    (name,) = taxel_names(skin, np.array([silent.taxel]))
     return f"{name}: {'stuck' if silent.stuck else 'dead'} at {silent.value:g}"

@@ -24,7 +24,7 @@ from tactile_maps.live.channels.channel_swaps import SwapDetector
 from tactile_maps.live.channels.last_heard import LastHeard
 from tactile_maps.live.readings.arrival import Arrived
 from tactile_maps.live.readings.readings import Reading, Unit
-from tactile_maps.live.session.facts import MeasuredFacts
+from tactile_maps.live.session.facts import MeasuredFacts, taxel_names
 from tactile_maps.live.session.implausible import ImplausibleValues
 from tactile_maps.live.session.known_weights import KnownWeights
 from tactile_maps.live.session.measured_joints import MeasuredJoints
@@ -210,6 +210,7 @@ class MeasuredSession:
         """Facts about the readings to display to the user."""
         readings = self.readings
         matcher = readings.matcher
+        skin = self.prepared.skin
         return MeasuredFacts(
             readings=self._used,
             refused=self._refused,
@@ -234,6 +235,9 @@ class MeasuredSession:
             weighing=self.weights.state,
             inverted=readings.inverted,
             falling=readings.falling.found,
+            falling_taxels=taxel_names(skin, readings.falling.taxels),
+            touched_in_tare=taxel_names(skin, readings.touched_in_tare),
+            held_in_tare=taxel_names(skin, readings.held_in_tare),
             wrong_channels=readings.shear.wrong,
             wrong_channel_values=readings.shear.wrong_values,
         )

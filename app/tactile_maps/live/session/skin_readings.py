@@ -11,10 +11,11 @@ from tactile_maps.contacts.detection.taxel_noise import TailShape, TaxelNoise, e
 from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray, readonly
 from tactile_maps.core.errors import LiveError
 from tactile_maps.core.reading_units import ReadingUnits
-from tactile_maps.live.channels.calibration import Calibration, Tare, ValueMode
+from tactile_maps.live.channels.calibration import Calibration, ValueMode
 from tactile_maps.live.channels.falling_values import FallingValues
 from tactile_maps.live.channels.matching import TaxelMatcher
 from tactile_maps.live.channels.shear_channels import ShearChannels
+from tactile_maps.live.channels.tare import Tare, TouchedTares
 from tactile_maps.live.readings.readings import MalformedReadingError, Reading, Unit
 from tactile_maps.live.session.implausible import ImplausibleValues
 from tactile_maps.session.inputs import CalibrationUsed
@@ -81,6 +82,8 @@ class SkinReadings:
         spread: (taxels,) standard deviations in the tare, in the sent unit; None before one.
         calibration: Current calibration.
         tared: Whether there is a baseline.
+        touched_in_tare: Taxels that were touched during a part of the last tare, which was left out for them.
+        held_in_tare: Taxels that may have been touched during all of the last tare.
 
     Raises:
         LiveError: The calibration is of another skin.
@@ -118,6 +121,9 @@ class SkinReadings:
         self._baseline = np.zeros(len(skin))
         self.tared = False
         self._tare: Tare | None = None
+        self._touched_tares = TouchedTares(skin)
+        self.touched_in_tare = _NO_TAXELS
+        self.held_in_tare = _NO_TAXELS
         self.spread: FloatArray | None = None
         self._counts: IntArray | None = None
         self._tail = TailShape()
@@ -243,20 +249,29 @@ class SkinReadings:
         self._tare = Tare(len(self._values), frames)
         self.shear.begin_tare(frames)
         self.falling.reset()
+        self.touched_in_tare = _NO_TAXELS
+        self.held_in_tare = _NO_TAXELS
 
     def _take_tare(self, matched: MatchedValues) -> None:
         """Add a reading to a running tare."""
         if self._tare is None:
             return
         last = self._tare.add(self._values, matched.taxels)
-        self.shear.take_tare(matched.sheared, last=last)
+        self.shear.take_tare(matched.sheared)
         if not last:
             return
-        mean, self.spread, self._counts, readings = self._tare.result()
-        self._tail = tail_of_readings(readings * self._gains)
+        pressing = np.abs(self._gains) * np.sign(self.calibration.gain)
+        touched = self._touched_tares.touched(self._tare, pressing)
+        mean, self.spread, self._counts = self._tare.result(touched)
+        self.shear.end_tare(touched)
+        self._tail = tail_of_readings(self._tare.readings(touched) * self._gains)
+        baseline = mean - self.calibration.offset
+        self.touched_in_tare = np.flatnonzero(touched.any(axis=0))
+        levels = np.where(self._counts > 0, pressing * (baseline - self._baseline), np.nan)
+        self.held_in_tare = self._touched_tares.held(levels)
         self._tare = None
         self.tared = True
-        self._baseline = mean - self.calibration.offset
+        self._baseline = baseline
         self._use_noise()
 
     def _use_noise(self) -> None:

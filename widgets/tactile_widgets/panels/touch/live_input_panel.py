@@ -154,7 +154,7 @@ class LiveInputPanel(ConnectedPanel):
         self._baseline.setText(text)
         self._tare.setEnabled(not facts.taring)
         self._tare.setText("Taring…" if facts.taring else "Tare")
-        _request(self._tare, requested=facts.awaits_tare and not facts.taring)
+        _request(self._tare, requested=not facts.taring and (facts.awaits_tare or bool(facts.held_in_tare)))
 
     def _on_tare_clicked(self) -> None:
         self._try(LiveInput.tare)
@@ -239,7 +239,14 @@ def _notes(status: ConnectionStatus, facts: MeasuredFacts) -> list[Note]:
         cure = (
             "If they fall under pressure, press Inverted. If the skin was touched during the tare, tare it untouched."
         )
-        notes.append(Note("Neighbouring taxels fall below their baseline", cure, fault=True))
+        names = _named(facts.falling_taxels)
+        notes.append(Note("Neighbouring taxels fall below their baseline", f"{names}. {cure}", fault=True))
+    if facts.touched_in_tare:
+        text = f"The readings meanwhile were left out for {_named(facts.touched_in_tare)}."
+        notes.append(Note("Touched during the tare", text))
+    if facts.held_in_tare:
+        text = f"{_named(facts.held_in_tare)}. If something touched them, contacts there are hidden: tare it untouched."
+        notes.append(Note("Neighbouring taxels read far more than the others during the tare", text, fault=True))
     if facts.unknown:
         notes.append(Note("Taxels that the skin does not have", _named(facts.unknown)))
     if facts.ambiguous:
