@@ -224,6 +224,51 @@ def arm_bench(name="hybrid", **settings):
     return bench, *(touch_on(prepared.map, int(taxel), 3.0) for taxel in taxels)
 
 
+@pytest.mark.parametrize(
+    ("skin", "slides", "share"),
+    [(1, False, -1), (0, True, -1), (1, True, 0)],
+    ids=["drags the skin", "slides", "rests"],
+)
+def test_energy_given_along_the_skin_is_that_of_the_touching_body(skin, slides, share):
+    """A hand with 2 N along the skin: it moves with the skin, over skin at rest, or rests while the skin moves."""
+    bench, one, _ = arm_bench(task="guide")
+    configuration = Configuration(bench.prepared.robot)
+    pose = configuration.pose(one.link)
+    axis = np.cross(one.link_normal, [0.3, 0.5, 0.8])
+    axis /= np.linalg.norm(axis)
+    shear = ContactShear(tuple(2.0 * axis), 0.0, 0.0, 1.0, Slip.STICKING, 0.5, estimated=False)
+    one = replace(one, shear=shear)
+    bench.step((one,))
+    before = bench.controller.tank.given
+    way = 1e-4 * pose.rotation @ axis
+    posture = bench.posture + skin * np.linalg.pinv(configuration.jacobian(one.link, one.link_position)) @ way
+    on_skin = 1e-4 * axis * (slides * (1 - 2 * skin))
+    bench.posture = posture
+    bench.step((replace(one, link_position=one.link_position + on_skin),))
+    given = bench.controller.tank.given - before
+    assert given == pytest.approx(share * 2.0 * 1e-4, abs=2e-7)
+
+
+def test_empty_tank_slows_down_motion_against_a_force_along_the_skin():
+    """The arm leads a contact along a path, against 2 N of an object that it moves."""
+    shares = []
+    for sign in (1, -1):
+        bench, one, _ = arm_bench(task="hold_point")
+        target = bench.prepared.map.to_map(one.at) + [0.005, 0.0]
+        bench.settings = replace(bench.settings, path=(tuple(map(float, target)),))
+        bench.step((one,))
+        speed = bench.controller._speed
+        move = Configuration(bench.prepared.robot).jacobian(one.link, one.link_position) @ speed
+        local = Configuration(bench.prepared.robot).pose(one.link).rotation.T @ move
+        local -= one.link_normal * (one.link_normal @ local)
+        force = tuple(-sign * 2.0 * local / np.linalg.norm(local))
+        bench.controller.tank.level = 0.0
+        bench.step((replace(one, shear=ContactShear(force, 0.0, 0.0, 1.0, Slip.STICKING, 0.5, estimated=False)),))
+        shares.append(np.abs(bench.controller._speed).max() / np.abs(speed).max())
+    assert shares[0] == 0.0, "the object resists"
+    assert shares[1] > 0.5, "the object pulls"
+
+
 def test_contact_that_moves_along_with_the_skin_may_slide():
     bench, here, there = arm_bench(task="hold_point", follows=True)
     bench.step((here,))

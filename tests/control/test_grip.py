@@ -18,42 +18,76 @@ from tactile_maps.scene.scene_file import load_scene
 from tactile_maps.session.prepare import prepare
 from tactile_maps.session.session import Session
 from tactile_maps.tactile.poke import Finger, PokePressed, PokePulled
+from tests.control.contacts import touch
 from tests.control.test_controllers import arm_bench
+from tests.support.touch import arm, bar
 
 SETTINGS = ControlSettings(controller="hold_force", force_goal=3.0, friction_use=0.8)
+
+
+def sheared(region, force, friction=0.5):
+    """The contact with a force along the skin (3,) [N]."""
+    return replace(region, shear=ContactShear(tuple(force), 0.0, 0.0, 1.0, Slip.STICKING, friction, estimated=False))
 
 
 def dragged(force: float):
     """A contact with a force along the skin [N] and a friction of 0.5."""
     _, region, _ = arm_bench("hold_force")
-    shear = ContactShear((force, 0.0, 0.0), 0.0, 0.0, 1.0, Slip.STICKING, 0.5, estimated=False)
-    return replace(region, shear=shear)
+    return sheared(region, (force, 0.0, 0.0))
+
+
+def raised(contacts, settings=SETTINGS, grip=None, robot=None):
+    """Goal and limits after one tick."""
+    return (grip or GripGoal()).raised(settings, contacts, Configuration(robot or arm().robot), 0.005)
+
+
+def between(first, second, *, apart=0.03, aside=0.0):
+    """Two contacts of a bar that face each other, with forces along the skin in its x direction [N]."""
+    inward = (np.array([0.0, 0.0, 1.0]), np.array([0.0, 0.0, -1.0]))
+    one, other = (touch(2.0, id_=k + 1, normal=inward[k])[0] for k in range(2))
+    one = replace(one, link_position=np.array([0.3, 0.0, 0.0]))
+    other = replace(other, link_position=np.array([0.3 + aside, 0.0, apart]))
+    return sheared(one, (first, 0.0, 0.0)), sheared(other, (second, 0.0, 0.0))
 
 
 @pytest.mark.parametrize(("force", "goal"), [(0.5, 3.0), (1.2, 3.0), (2.0, 5.0)])
 def test_goal_is_that_at_which_the_contact_uses_the_stated_share(force, goal):
-    found, limits = GripGoal().raised(SETTINGS, [dragged(force)], 0.005)
+    found, limits = raised([dragged(force)])
     assert found == pytest.approx(goal)
     assert [limit.kind for limit in limits] == ([LimitKind.FORCE_GOAL_RAISED] if goal > 3.0 else [])
 
 
 def test_a_raised_goal_falls_slowly():
     grip = GripGoal()
-    grip.raised(SETTINGS, [dragged(2.0)], 0.005)
+    raised([dragged(2.0)], grip=grip)
     for _ in range(round(FALL / 0.005)):
-        goal, _ = grip.raised(SETTINGS, [dragged(0.0)], 0.005)
+        goal, _ = raised([dragged(0.0)], grip=grip)
     assert goal == pytest.approx(3.0 + 2.0 * np.exp(-1), rel=1e-2)
 
 
 def test_a_goal_beyond_the_limit_is_stated():
-    goal, (limit,) = GripGoal().raised(replace(SETTINGS, max_force=10.0), [dragged(6.0)], 0.005)
+    goal, (limit,) = raised([dragged(6.0)], replace(SETTINGS, max_force=10.0))
     assert goal == 8.0
     assert (limit.kind, limit.value, limit.bound) == (LimitKind.GRIP_LIMITED, pytest.approx(15.0), 8.0)
 
 
 def test_without_the_setting_the_goal_stays():
     settings = replace(SETTINGS, friction_use=float("inf"))
-    assert GripGoal().raised(settings, [dragged(6.0)], 0.005) == (3.0, ())
+    assert raised([dragged(6.0)], settings) == (3.0, ())
+
+
+@pytest.mark.parametrize(("first", "second", "goal"), [(2.0, 2.0, 5.0), (7.0, -3.0, 5.0), (-3.0, 3.0, 3.0)])
+def test_object_between_two_contacts_needs_its_load_over_both_frictions(first, second, goal):
+    """4 N on twice 0.5 of 0.8; what the contacts exert on each other through the object does not count."""
+    held = between(first, second)
+    assert raised(held, robot=bar())[0] == pytest.approx(goal)
+    rough = replace(held[1], shear=replace(held[1].shear, friction=1.5))
+    assert raised((held[0], rough), robot=bar())[0] == pytest.approx(max(3.0, abs(first + second) / 1.6))
+
+
+@pytest.mark.parametrize("way", [{"aside": 0.03}, {"apart": -0.03}], ids=["beside each other", "back to back"])
+def test_contacts_that_do_not_oppose_each_other_bear_their_own_forces(way):
+    assert raised(between(7.0, -3.0, **way), robot=bar())[0] == pytest.approx(7.0 / 0.4)
 
 
 @pytest.mark.parametrize("friction_use", [0.7, float("inf")])
@@ -84,6 +118,9 @@ def test_block_between_two_fingers_is_lifted_only_with_the_setting(friction_use)
     table_to_block = frame.objects[2][2, 3] - 0.105
     assert (table_to_block > 0.02) == (friction_use < 1)
     assert abs(table_to_block) < 0.001 or friction_use < 1
+    if friction_use < 1:
+        forces = [region.force for region in frame.regions]
+        assert forces == pytest.approx([0.3 * 9.81 / (0.7 * 2 * 0.8)] * 2, rel=0.15), "the weight over both frictions"
 
 
 def test_measured_shear_explains_the_torques_of_a_dragged_contact():

@@ -278,7 +278,8 @@ class ControllerManager:
         read = observation.contacts
         said = list[Limit]()
         if settings.controller != "impedance":
-            goal, grip = self._grip.raised(settings, observation.contacts, observation.dt)
+            readable = [region for region in read if is_readable(region)]
+            goal, grip = self._grip.raised(settings, readable, self._configuration, observation.dt)
             if goal != settings.force_goal:
                 settings = replace(settings, force_goal=goal)
             said += grip

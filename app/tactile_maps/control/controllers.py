@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from math import inf, isfinite
+from math import inf
 from typing import Protocol
 
 import numpy as np
@@ -55,7 +55,7 @@ from tactile_maps.control.motion.task_priority import (
 from tactile_maps.control.path_following.nearest_posture import TargetReach
 from tactile_maps.control.path_following.slide_observer import COARSE, SOFT, SlideObserver, YieldObserver, observer_rate
 from tactile_maps.control.task_control.contact_selection import ContactSelection, ControlledContact, ReliefMonitor
-from tactile_maps.control.task_control.monitors import EnergyTank, StallDetector, mismatch_limit
+from tactile_maps.control.task_control.monitors import EnergyTank, StallDetector, is_readable, mismatch_limit
 from tactile_maps.control.task_control.schemes import (
     AdmittanceScheme,
     ForceServo,
@@ -237,7 +237,7 @@ class HoldForceController(BuiltInController):
         start = self._reference.start_posture(posture)
         kept, left_out = self._selected(settings, regions) if observation.readable and regions else ([], [])
         self._servo.keep((region.id, ContactPresence.FELT) for region in kept)
-        if not observation.readable or not all(isfinite(region.force) for region in kept):
+        if not observation.readable or not all(is_readable(region) for region in kept):
             limits.add(Limit(LimitKind.SKIN_UNREADABLE))
             speed = np.zeros_like(start)
         elif observation.mismatch is not None:
@@ -492,6 +492,7 @@ class TaskController(BuiltInController):
 
     def _forget_contact(self) -> None:
         self._lasting: tuple[ContactKey, FloatArray] | None = None
+        self._points: dict[int, FloatArray] = {}
         self._forget_slide()
 
     def _forget_slide(self) -> None:
@@ -568,11 +569,22 @@ class TaskController(BuiltInController):
     def _within_energy(
         self, now: TaskTick, contacts: Sequence[TaskContact], speed: FloatArray, velocity: FloatArray
     ) -> FloatArray:
-        """Count the energy given to contacts, and slow down motion that would give more than the tank contains."""
+        """Count the energy given to contacts, and slow down motion that would give more than the tank contains.
+
+        A force along the skin does its work along the way of the contact in the world, which is that of the object: an
+        object that slides on the skin does not move with it. Along the normal both move together.
+        """
         effort = np.zeros(len(speed))  # joint torques with which the arm presses on its contacts
+        given = 0.0
         for contact in contacts:
             effort += contact.force * contact.outward
-        self.tank.flow(float(effort.dot(velocity)), float(self._reference.impedance.damping.dot(velocity**2)), now.dt)
+            moved = contact.point - self._points.get(contact.id, contact.point)
+            across = moved - contact.normal.dot(moved) * contact.normal
+            given -= float(contact.shear.dot(across)) / now.dt
+        self._points = {contact.id: contact.point for contact in contacts}
+        given += float(effort.dot(velocity))
+        effort -= sum((contact.shear.dot(contact.move) for contact in contacts), np.zeros(len(speed)))
+        self.tank.flow(given, float(self._reference.impedance.damping.dot(velocity**2)), now.dt)
         gives = effort.dot(speed) > 0
         if not gives or self.tank.share == 1.0:
             return speed

@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from tactile_maps.contacts.detection.contact_shear import ContactShear, Slip
 from tactile_maps.contacts.force_estimation.wrench_consistency import WrenchMismatch
 from tactile_maps.control.motion.limits import Limit, LimitKind
 from tactile_maps.control.motion.unmeasured_force import UnmeasuredForce
@@ -39,6 +40,9 @@ HINGE = (Joint("hinge", -1.5, 1.5),)
 MIXED = (Joint("hinge", -1.5, 1.5), Joint("lift", 0.0, 0.4, slide=True), Joint("slow", 0.0, 0.4, True, max_speed=0.07))
 MISMATCH = WrenchMismatch("bar", 2, force=1.0, torque=0.3, max_force=2.0, max_torque=0.1, strongest=5.0)
 
+_SHEAR = ContactShear((0.0, float("nan"), 0.0), 0.0, 0.0, 1.0, Slip.STICKING, 0.5, estimated=False)
+NO_SHEAR = tuple(replace(region, shear=_SHEAR) for region in touch(3.0))
+
 
 class Safety(SafetyMonitor):
     """A monitor with a largest force of 30 N."""
@@ -62,6 +66,7 @@ class Safety(SafetyMonitor):
         ({"contacts": touch(31.4)}, Limit(LimitKind.STOPPED_BY_FORCE, value=31.4, bound=30.0)),
         ({"contacts": touch(float("nan"))}, Limit(LimitKind.STOPPED_UNREADABLE)),
         ({"contacts": touch(3.0, normal=(0, 0, float("nan")))}, Limit(LimitKind.STOPPED_UNREADABLE)),
+        ({"contacts": NO_SHEAR}, Limit(LimitKind.STOPPED_UNREADABLE)),
         ({"readable": False}, Limit(LimitKind.STOPPED_UNREADABLE)),
         ({"velocity": -3.5}, Limit(LimitKind.STOPPED_BY_SPEED, ("hinge",), value=3.5, bound=STOP_SPEED)),
         ({"point_speed": STOP_POINT_SPEED}, None),

@@ -9,6 +9,7 @@ import pytest
 
 from tactile_maps.control.controllers import CONTROL_SCHEMES
 from tactile_maps.control.force_loop.loop_stability import CONTACT_STIFFNESS
+from tactile_maps.control.limit_texts import limit_text
 from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.control.motion.joint_impedance import (
     MAX_JOINT_SPEED,
@@ -37,6 +38,7 @@ from tactile_maps.control.task_control.schemes import (
     ProjectionScheme,
     QuadraticProgramScheme,
 )
+from tactile_maps.core.errors import SimulationError
 from tactile_maps.robots.kinematics import Configuration
 from tests.control.contacts import TICK
 from tests.support.limits import kinds
@@ -153,6 +155,25 @@ def test_quadratic_program_damps_weak_directions_as_least_squares_do(gain):
     assert found == pytest.approx(expected, rel=0.05, abs=1e-2)
     assert limits.found == (() if gain == 0.04 else (weak,))
     assert abs(found[0]) <= MAX_JOINT_SPEED
+
+
+def test_quadratic_program_without_a_solution_is_reported_and_the_joints_slow_down():
+    """Lever arms so long that rounding makes the costs concave."""
+    limits = ActiveLimits()
+    found = program([PriorityLevel(np.array([[1e20, 1e20 / 3, 0.0]]), np.array([0.05]))], limits)
+    (limit,) = (one for one in limits.found if one.kind is LimitKind.NOT_SOLVED)
+    assert limit_text(limit) == "slowing down: the quadratic program has no solution: the costs are not convex"
+    assert not found.any()
+
+
+def test_quadratic_program_rejects_numbers_that_are_not_finite():
+    level = PriorityLevel(np.array([[0.3, 0.0, 0.0]]), np.array([np.nan]))
+    with pytest.raises(SimulationError, match="not finite") as error:
+        program([level], ActiveLimits())
+    assert error.value.place == "costs"
+    one = replace(sheared(2.0, error=None), force=np.nan)
+    with pytest.raises(SimulationError, match="not finite") as error:
+        Bench(QuadraticProgramScheme, replace(SETTINGS, friction_use=0.8, max_shear=1.0)).step(one)
 
 
 SETTINGS = ControlSettings(force_gain=0.01, integral_time=NO_INTEGRAL, inertia_time=0.0, position_gain=5.0)

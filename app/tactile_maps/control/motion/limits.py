@@ -25,7 +25,8 @@ class LimitKind(Enum):
     Bounds on motion: ``JOINT_LIMIT`` and ``TORQUE_LIMIT`` (names: the joints), ``JOINT_SPEED``,
     ``JOINT_ACCELERATION``, ``POINT_SPEED`` (of the contact point), ``APPROACH_SPEED`` (names: the link; value: force of
     its impact at the requested speed, and bound [N]), ``FORCE_CAP``, ``WEAK_DIRECTION`` (value: lost speed
-    [m/s]; bound: singular value, the largest speed in this direction [m/s]; direction), ``FORCE_RISES`` (in a weak
+    [m/s]; bound: singular value, the largest speed in this direction [m/s]; direction), ``NOT_SOLVED`` (the quadratic
+    program, so that the joints slow down; detail: why), ``FORCE_RISES`` (in a weak
     direction, although it should fall), ``HELD_BACK`` (names: joints
     that do not follow the desired posture), ``ENERGY_TANK``
     (value: energy given [J]),
@@ -34,12 +35,14 @@ class LimitKind(Enum):
     that differs most from the requested natural frequency and damping ratio; value: its frequency [rad/s];
     damping_ratio).
 
-    The contact: ``CONTACT_LOST``, ``CONTACT_STICKS`` (it does not slide on the skin), ``NO_APPROACH`` (value: motion
+    The contact: ``CONTACT_LOST``, ``CONTACT_STICKS`` (its place on the skin does not change as the arm moves the skin),
+    ``NO_APPROACH`` (value: motion
     towards the target that the arm attempted [m]; bound: requested motion [m]), ``OUT_OF_REACH`` (the target; value:
     distance of its place on the skin from the object, at the nearest posture that a search found [m]),
-    ``CONTACTS_OPPOSED`` and ``CONTACT_IMMOBILE`` (force that is not controlled, because the joints cannot relieve all
-    contacts at once, or because no joint moves the skin there; names: the links; value: largest force [N]; bound: its
-    goal [N]), ``FORCE_GOAL_RAISED`` (names: the link; value: the goal [N]) and ``GRIP_LIMITED`` (names: the link;
+    ``CONTACTS_OPPOSED`` and ``CONTACT_IMMOBILE`` (force that is not controlled: the requested joint velocity for
+    several contacts does not relieve this one, or no joint moves the skin there; names: the links; value: largest
+    force [N]; bound: its goal [N]), ``FORCE_GOAL_RAISED`` (names: the links that hold; value: the goal [N]) and
+    ``GRIP_LIMITED`` (names: as before;
     value: force that would prevent slip, bound: largest goal [N]), ``SHEAR_CAP`` (value: force along the skin, bound:
     largest one [N]), ``FRICTION_CAP`` (the quadratic program yields along the skin), ``SHEAR_GOAL_LIMITED`` (names: the
     link; value: the goal, bound: what friction or the cap allows [N]) and ``SHEAR_UNMEASURED`` (names: the link).
@@ -93,6 +96,7 @@ class LimitKind(Enum):
     )
     FORCE_CAP = "force-cap", "force cap"
     WEAK_DIRECTION = "weak-direction", "little motion in one direction"
+    NOT_SOLVED = "not-solved", "slowing down: the quadratic program has no solution", "{limit.detail}"
     FORCE_RISES = "force-rises", "no force control here: the joints hardly move the skin off"
     HELD_BACK = "held-back", "the arm does not follow the desired posture", "{names}"
     ENERGY_TANK = "energy-tank", "net energy output to the contact", "{value:.1f}\u202fJ"
@@ -108,7 +112,7 @@ class LimitKind(Enum):
         "{names}, {value:.2g}\u202frad/s, damping ratio {ratio:.2g}",
     )
     CONTACT_LOST = "contact-lost", "contact lost"
-    CONTACT_STICKS = "contact-sticks", "the contact sticks to the skin"
+    CONTACT_STICKS = "contact-sticks", "the contact does not move over the skin as requested"
     NO_APPROACH = (
         "no-approach",
         "the arm hardly moves the contact towards the target",
@@ -121,7 +125,7 @@ class LimitKind(Enum):
     )
     CONTACTS_OPPOSED = (
         "contacts-opposed",
-        "force not controlled: the joints cannot relieve all contacts at once",
+        "force not controlled: the joint motion does not relieve all contacts",
         "{names}, {value:.1f}\u202fN",
         "{names}",
     )
@@ -288,7 +292,7 @@ class Limit:
         period: Time between two samples of the skin [s].
         delay: Time from a sample to its arrival [s].
         cause: Reason why a regrasp turned back or failed.
-        detail: Message of the error that rejected a path.
+        detail: Message of the error that rejected a path, or of the solver.
         between: The two links or objects that collide.
         damping_ratio: Damping ratio of a joint; 1 is critical.
         direction: (3,) unit vector, world frame.

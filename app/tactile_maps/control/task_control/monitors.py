@@ -1,7 +1,7 @@
 """Monitors of controllers with a task: unsafe motion, contacts that do not follow, and energy given to contacts.
 
 ``SafetyMonitor`` stops the arm when force or speed are unsafe, and reports the reason. ``StallDetector`` detects that a
-contact does not move along the map as requested, and why. ``EnergyTank`` (Franken et al. 2011) allows the arm to give
+contact does not move along the map as requested. ``EnergyTank`` (Franken et al. 2011) allows the arm to give
 contacts as much energy as it received from them and from its damping.
 """
 
@@ -162,8 +162,10 @@ def _unmeasured_danger(max_force: float, unmeasured: UnmeasuredForce) -> Limit |
 
 
 def is_readable(region: ContactRegion) -> bool:
-    """Whether force, normal and position of a contact are finite."""
-    return isfinite(region.force) and all_finite(region.link_normal) and all_finite(region.link_position)
+    """Whether force, normal and position of a contact are finite, and its shear if it is measured."""
+    shear = () if region.shear is None else (*region.shear.force, region.shear.friction)
+    along = all(isfinite(number) for number in (region.force, *shear))
+    return along and all_finite(region.link_normal) and all_finite(region.link_position)
 
 
 def greatest_point_speed(configuration: Configuration, velocity: FloatArray, regions: Sequence[ContactRegion]) -> float:
@@ -211,8 +213,8 @@ class StallDetector:
             smaller contact stays on a taxel until the next one detects it.
 
     Attributes:
-        reason: ``CONTACT_STICKS`` if the arm attempts to move and the contact does not slide, ``NO_APPROACH`` if the
-            arm attempts less than ``SHARE`` of the motion; None while the contact moves.
+        reason: ``CONTACT_STICKS`` if the arm moves the skin and the place of the contact on it does not change,
+            ``NO_APPROACH`` if the arm attempts less than ``SHARE`` of the motion; None while the contact moves.
     """
 
     def __init__(self, least: float) -> None:
@@ -339,7 +341,8 @@ class EnergyTank:
         """Count one tick.
 
         Args:
-            given: Power to contacts, force times outward speed [W].
+            given: Power to contacts, force times speed of the touching bodies, along the normal and, where the skin
+                measures shear, along the skin [W].
             damped: Power lost in the joints' damping [W], >= 0.
             dt: Time step [s].
         """

@@ -54,6 +54,7 @@ from tactile_maps.control.motion.task_priority import (
     weak_direction,
 )
 from tactile_maps.core.arrays import FloatArray, all_finite, length, within_length
+from tactile_maps.core.errors import SimulationError
 
 _LESS = 0.98
 """An error counts as smaller than an earlier one below this share of it."""
@@ -448,12 +449,18 @@ class QuadraticProgramScheme(PriorityScheme):
         arm: ArmState,
         limits: ActiveLimits,
     ) -> FloatArray:
-        """Solve for the speed in the box whose forces keep their caps."""
+        """Solve for the speed in the box whose forces keep their caps; slow down where there is no solution.
+
+        Raises:
+            SimulationError: A coefficient of the program is not finite.
+        """
         lower, upper = self._box(arm)
         hessian, gradient = _quadratic(levels, arm.home, arm.reference.max_speed, limits)
         bounds = [_force_cap(contact, settings, arm.dt) for contact in arm.touched]
         bounds += [*shear_bounds(settings, arm.touched), *_friction_bounds(settings, arm.touched)]
-        speed, applied = _solve_bounded(hessian, gradient, lower, upper, bounds)
+        speed, applied, problem = _solve_bounded(hessian, gradient, lower, upper, bounds)
+        if problem:
+            limits.add(Limit(LimitKind.NOT_SOLVED, detail=problem))
         _report_limits(speed, lower, upper, arm, limits)
         for bound in applied:
             limits.add(bound.limit)
@@ -520,18 +527,40 @@ def _force_cap(contact: TaskContact, settings: ControlSettings, dt: float) -> Sp
     return SpeedBound(-contact.outward, least, Limit(LimitKind.FORCE_CAP))
 
 
+_PROBLEMS = {
+    -1: "no speed satisfies the bounds",
+    -2: "the iterations repeat",
+    -3: "the minimum is unbounded",
+    -4: "too many iterations",
+    -5: "the costs are not convex",
+    -6: "the initial set of bounds is overdetermined",
+}
+"""Exit flags of daqp without a solution."""
+
+
 def _solve_bounded(
     hessian: FloatArray, gradient: FloatArray, lower: FloatArray, upper: FloatArray, bounds: Sequence[SpeedBound]
-) -> tuple[FloatArray, list[SpeedBound]]:
-    """Return the minimum (n,) in the box and the bounds that hold it; empty without joints.
+) -> tuple[FloatArray, list[SpeedBound], str]:
+    """Return the minimum in the box, the bounds that hold it, and why there is no solution.
 
     The box always holds; bounds that it makes impossible are violated as little as possible.
+
+    Returns:
+        Speed (n,), empty without joints and the smallest in the box without a solution; bounds; text, empty if solved.
+
+    Raises:
+        SimulationError: A number is not finite.
     """
     n = len(gradient)
+    if not n:
+        return np.zeros(0), [], ""
     rows = np.array([bound.row for bound in bounds]).reshape(len(bounds), n)
     least = np.array([bound.least for bound in bounds])
-    if not n or not all_finite(np.concatenate([hessian.ravel(), gradient, rows.ravel(), least])):
-        return np.zeros(n), []
+    given = {"costs": (hessian, gradient), "joint speeds": (lower, upper), "bounds of contacts": (rows, least)}
+    for place, numbers in given.items():
+        if not all_finite(np.concatenate([part.ravel() for part in numbers])):
+            remedy = "Check the readings, the posture and the settings of the controller"
+            raise SimulationError("the quadratic program has a number that is not finite", place=place, remedy=remedy)
     kinds = np.zeros(n + len(bounds), dtype=np.int32)
     kinds[n:] = _SOFT
     speed, _, solved, result = daqp.solve(
@@ -543,9 +572,9 @@ def _solve_bounded(
         kinds,
     )
     if solved <= 0:
-        return np.zeros(n), []
+        return np.clip(np.zeros(n), lower, upper), [], _PROBLEMS.get(solved, f"exit flag {solved}")
     holding = result["lam"][n:] < 0
-    return np.clip(speed, lower, upper), [bound for bound, holds in zip(bounds, holding, strict=True) if holds]
+    return np.clip(speed, lower, upper), [bound for bound, holds in zip(bounds, holding, strict=True) if holds], ""
 
 
 def _report_limits(
