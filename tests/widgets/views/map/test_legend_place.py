@@ -63,3 +63,25 @@ def test_legends_are_stacked_and_aligned_to_the_edge(free):
 
 def test_no_legends_have_no_boxes():
     assert LegendPlace(EDGE).boxes([], shapes(WHOLE), ROOM) == []
+
+
+@pytest.mark.parametrize("size", [SIZE, QSizeF(60, 240), QSizeF(240, 60)])
+def test_map_is_framed_smaller_where_legends_would_hide_it(size):
+    whole = shapes(WHOLE)
+    viewport = (ROOM.width(), ROOM.height())
+    place = LegendPlace(EDGE)
+    alone = place.framing([], whole, ROOM)
+    camera = place.framing([size], whole, ROOM)
+    assert 0.4 * alone.scale(viewport) <= camera.scale(viewport) < alone.scale(viewport)
+    (box,) = place.boxes([size], whole, ROOM)
+    corners = (np.array(WHOLE) - camera.centre) * camera.scale(viewport) + np.array(viewport) / 2
+    on_screen = QRectF(*corners.min(axis=0), *np.ptp(corners, axis=0))
+    assert ROOM.contains(on_screen)
+    assert not box.intersects(on_screen)
+
+
+def test_map_is_not_framed_smaller_for_a_legend_in_a_free_corner_or_one_without_room():
+    for whole, size in ((shapes(WITHOUT["upper right"]), SIZE), (shapes(WHOLE), QSizeF(370, 370))):
+        place = LegendPlace(EDGE)
+        assert place.framing([size], whole, ROOM) == place.framing([], whole, ROOM)
+    assert LegendPlace(EDGE).framing([SIZE], shapes(), ROOM) is None

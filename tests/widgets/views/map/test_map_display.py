@@ -7,7 +7,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtCore import QPoint, QPointF, QRectF, Qt
 from PySide6.QtTest import QTest
 
 from tactile_maps.editing.arrange import mirror, move, rotate, scale
@@ -111,6 +111,31 @@ def test_distant_patch_fits_into_the_view(view, document):
     view.show_document(document)
     view.frame_all()
     assert view.camera.zoom == 1.0
+
+
+def test_whole_map_stays_in_view_next_to_the_legend_of_a_base_layer(view, document):
+    view.frame_all()
+    alone = view.viewportTransform().m11()
+    view.set_overlays(replace(at_first(LAYERS), base=BaseLayer.AREA))
+    room = QRectF(view.viewport().rect())
+    boxes = [box for _, box in view._painter._legends_of(view.marks, view.picture.shapes, room)]
+    low, high = view.picture.shapes.bounds
+    whole = view.viewportTransform().mapRect(QRectF(*low, *(high - low)))
+    assert boxes
+    assert room.contains(whole)
+    assert not any(
+        view.picture.hit(place.x(), place.y()) for box in boxes for place in map(view.scene_point, _points(box))
+    )
+    view.zoom(3.0, whole.center())
+    closer = view.viewportTransform()
+    view.set_overlays(at_first(LAYERS))
+    assert view.viewportTransform() == closer
+    view.frame_all()
+    assert view.viewportTransform().m11() == alone
+
+
+def _points(box):
+    return [box.topLeft() + QPointF(x * box.width(), y * box.height()) for x in (0, 0.5, 1) for y in (0, 0.5, 1)]
 
 
 def test_another_skin_is_fitted_to_the_view(view, document, prepared):

@@ -262,6 +262,7 @@ class MapView(QGraphicsView):
         if self.picture is not None:
             self.picture.overlay(overlays, self._scale)
             self._update_marks()
+            self._frame_again()
 
     def set_image(self, look: ImageSettings) -> None:
         """Set resolution and interpolation of the image, also for later scenes. Cost: that of
@@ -377,11 +378,22 @@ class MapView(QGraphicsView):
 
     def _update_content(self) -> None:
         """Make ``frame_all`` frame the current shapes; the part in view stays the same."""
-        bounds = None if self.picture is None else self.picture.shapes.bounds
-        if bounds is not None:
-            low, high = bounds
-            size = float(high[0] - low[0]), float(high[1] - low[1])
-            self.look(self.camera.over(size, (float(low[0]), float(low[1])), self._room()))
+        framed = self._framed()
+        if framed is not None:
+            self.look(self.camera.over(framed.content, framed.origin, self._room()))
+
+    def _framed(self) -> MapCamera | None:
+        """Return the camera with the whole map in view; None without visible patches."""
+        if self.picture is None:
+            return None
+        return self._painter.framing(self.marks, self.picture.shapes, QRectF(self.viewport().rect()))
+
+    def _frame_again(self) -> None:
+        """Keep the whole map in view if it is, next to other legends or in another viewport."""
+        was = self.camera.framed
+        self._update_content()
+        if was:
+            self.frame_all()
 
     def look(self, camera: MapCamera) -> None:
         """Show the part of the map that ``camera`` shows."""
@@ -592,6 +604,7 @@ class MapView(QGraphicsView):
         """Keep showing the same part of the map, and covering it with the placeholder."""
         super().resizeEvent(event)
         self.look(self.camera)
+        self._frame_again()
         self.card.setGeometry(self.viewport().rect())
 
     def paintEvent(self, event: QPaintEvent) -> None:

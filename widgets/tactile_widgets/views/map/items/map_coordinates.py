@@ -166,6 +166,18 @@ class MapCamera:
         """Return the camera that shows all of ``content``."""
         return cls(content, (origin[0] + content[0] / 2, origin[1] + content[1] / 2), origin=origin)
 
+    def with_margins(self, right: float, top: float, viewport: Point) -> MapCamera:
+        """Return the camera that frames the content with more space at its right and above it [px]."""
+        room = (max(viewport[0] - right, 1.0), max(viewport[1] - top, 1.0))
+        scale = MapCamera.framing(self.content).scale(room)
+        content = (self.content[0] + right / scale, self.content[1] + top / scale)
+        return MapCamera.framing(content, (self.origin[0], self.origin[1] - top / scale))
+
+    @property
+    def framed(self) -> bool:
+        """Whether the camera shows the whole content in the middle."""
+        return self == MapCamera.framing(self.content, self.origin)
+
     def over(self, content: Point, origin: Point, viewport: Point) -> MapCamera:
         """Return the camera that shows the same part of changed content in a viewport."""
         other = replace(self, content=content, origin=origin, zoom=1.0)

@@ -1,4 +1,7 @@
-"""Places of the legends: the corner of the viewport in which they hide the least of the map."""
+"""Places of the legends: the corner of the viewport in which they hide the least of the map.
+
+While the whole map is in view, a map that would be hidden in every corner is drawn smaller instead.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +11,7 @@ import numpy as np
 from PySide6.QtCore import QPointF, QRectF, QSizeF, Qt
 
 from tactile_maps.core.arrays import FloatArray
-from tactile_widgets.views.map.items.map_coordinates import MapCamera
+from tactile_widgets.views.map.items.map_coordinates import MARGIN_PX, MapCamera
 from tactile_widgets.views.map.items.map_shapes import MapShapes
 from tactile_widgets.views.overlays.painting import polygon
 
@@ -18,7 +21,11 @@ _DOWN = 6
 _CAPTION = 34.0
 """Height of other captions with their gap [px]: the chip upper left, scale and readout below."""
 _GAP = 8.0
-"""Between two legends [px]."""
+"""Between two legends, and between a legend and the map [px]."""
+_NAME = 16.0
+"""Height of the name above a patch [px]."""
+_SMALLEST = 0.4
+"""Smallest scale of the map next to legends, relative to that without legends; they may hide a part of it below."""
 
 
 class LegendPlace:
@@ -35,6 +42,37 @@ class LegendPlace:
         self._edge = edge
         self._of: tuple[object, ...] = ()
         self._box = QRectF()
+        self._framed: MapCamera | None = None
+
+    def framing(self, sizes: Sequence[QSizeF], shapes: MapShapes, room: QRectF) -> MapCamera | None:
+        """Return the camera with the whole map in view, none of it hidden by legends where there is room for both.
+
+        The same camera places the legends until the next call.
+
+        Args:
+            sizes: Size of each legend that the map must clear [px].
+            shapes: Shapes of the map.
+            room: The viewport.
+
+        Returns:
+            None if no patch is shown.
+        """
+        self._framed = camera = _framing(shapes)
+        self._of = ()
+        if camera is None or not sizes:
+            return camera
+        whole = _whole(sizes)
+        if not _hidden(_freest(whole, shapes, room, self._edge, camera), _framed(shapes, room, camera)):
+            return camera
+        down = whole.height() + self._edge + _GAP + _NAME - MARGIN_PX
+        across = whole.width() + self._edge + _GAP - MARGIN_PX
+        viewport = (room.width(), room.height())
+        narrower = camera.with_margins(across, 0.0, viewport)
+        lower = camera.with_margins(0.0, down, viewport)
+        smaller = max(narrower, lower, key=lambda one: one.scale(viewport))
+        if smaller.scale(viewport) >= _SMALLEST * camera.scale(viewport):
+            self._framed = smaller
+        return self._framed
 
     def boxes(self, sizes: Sequence[QSizeF], shapes: MapShapes, room: QRectF) -> list[QRectF]:
         """Place legends one below the other in the corner where they hide the least of the map.
@@ -49,13 +87,25 @@ class LegendPlace:
         """
         if not sizes:
             return []
-        height = sum(size.height() + _GAP for size in sizes) - _GAP
-        whole = QSizeF(max(size.width() for size in sizes), height)
+        whole = _whole(sizes)
         of = (shapes, whole.width(), whole.height(), room.width(), room.height())
         if self._of != of:
             self._of = of
-            self._box = _freest(whole, shapes, room, self._edge)
+            self._box = _freest(whole, shapes, room, self._edge, self._framed or _framing(shapes))
         return list(_stacked(sizes, self._box, to_right=self._box.center().x() > room.center().x()))
+
+
+def _whole(sizes: Sequence[QSizeF]) -> QSizeF:
+    """Return the size of legends one below the other."""
+    return QSizeF(max(size.width() for size in sizes), sum(size.height() + _GAP for size in sizes) - _GAP)
+
+
+def _framing(shapes: MapShapes) -> MapCamera | None:
+    """Return the camera with the whole map in view; None if no patch is shown."""
+    if shapes.bounds is None:
+        return None
+    low, high = shapes.bounds
+    return MapCamera.framing((float(high[0] - low[0]), float(high[1] - low[1])), (float(low[0]), float(low[1])))
 
 
 def _stacked(sizes: Sequence[QSizeF], whole: QRectF, *, to_right: bool) -> Iterator[QRectF]:
@@ -65,7 +115,7 @@ def _stacked(sizes: Sequence[QSizeF], whole: QRectF, *, to_right: bool) -> Itera
         top += size.height() + _GAP
 
 
-def _freest(size: QSizeF, shapes: MapShapes, room: QRectF, edge: float) -> QRectF:
+def _freest(size: QSizeF, shapes: MapShapes, room: QRectF, edge: float, framed: MapCamera | None) -> QRectF:
     inner = room.adjusted(edge, edge, -edge, -edge)
     right = inner.right() - size.width()
     bottom = inner.bottom() - size.height() - _CAPTION
@@ -75,17 +125,15 @@ def _freest(size: QSizeF, shapes: MapShapes, room: QRectF, edge: float) -> QRect
         QPointF(inner.left(), inner.top() + _CAPTION),
         QPointF(inner.left(), bottom),
     )
-    outlines = _framed(shapes, room)
+    outlines = _framed(shapes, room, framed)
     return min((QRectF(corner, size) for corner in corners), key=lambda box: _hidden(box, outlines))
 
 
-def _framed(shapes: MapShapes, room: QRectF) -> list[FloatArray]:
+def _framed(shapes: MapShapes, room: QRectF, camera: MapCamera | None) -> list[FloatArray]:
     """Outlines of the shown patches when the whole map is in view [px]."""
-    if shapes.bounds is None:
+    if camera is None:
         return []
-    low, high = shapes.bounds
     viewport = (room.width(), room.height())
-    camera = MapCamera.framing((float(high[0] - low[0]), float(high[1] - low[1])), (float(low[0]), float(low[1])))
     scale = camera.scale(viewport)
     middle = np.array(viewport) / 2
     return [

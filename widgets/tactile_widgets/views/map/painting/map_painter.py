@@ -18,7 +18,7 @@ from tactile_widgets.common.colours import Theme
 from tactile_widgets.overlays.taxel_faults import FaultLegend
 from tactile_widgets.views.map.items.background import BackgroundLegend
 from tactile_widgets.views.map.items.map_canvas import CONTACT_KPA, MapCanvas
-from tactile_widgets.views.map.items.map_coordinates import MARGIN_PX, nice_floor
+from tactile_widgets.views.map.items.map_coordinates import MARGIN_PX, MapCamera, nice_floor
 from tactile_widgets.views.map.items.map_items import ZOrder
 from tactile_widgets.views.map.items.map_shapes import MapShapes, PatchShape
 from tactile_widgets.views.map.items.taxel_faults import fault_marks_legend
@@ -322,13 +322,23 @@ class MapPainter:
         counts = more_contacts(len(marks.contacts))
         paint_state(painter, room, self.theme, replaying=marks.replaying, paused=marks.paused, counts=counts)
 
-    def _legends_of(self, marks: MapMarks, shapes: MapShapes, room: QRectF) -> list[tuple[Legend, QRectF]]:
-        """Return the legends of colours and marks with their boxes, one below the other."""
+    def framing(self, marks: MapMarks, shapes: MapShapes, room: QRectF) -> MapCamera | None:
+        """Return the camera with the whole map in view, which the legend of the background does not hide.
+
+        None if no patch is shown. The map does not move for legends that come and go while the session runs.
+        """
+        legends = self._all_legends(marks) if marks.legend is not None else []
+        return self._legends.framing([legend.size(self._caption) for legend in legends], shapes, room)
+
+    def _all_legends(self, marks: MapMarks) -> list[Legend]:
         entries = task_legend_entries(marks.task)
         task = task_legend(entries) if entries else None
         faults = fault_marks_legend(marks.faults) if marks.faults else None
-        known = (marks.legend, task, faults, *marks.layers)
-        legends: list[Legend] = [legend for legend in known if legend is not None]
+        return [legend for legend in (marks.legend, task, faults, *marks.layers) if legend is not None]
+
+    def _legends_of(self, marks: MapMarks, shapes: MapShapes, room: QRectF) -> list[tuple[Legend, QRectF]]:
+        """Return the legends of colours and marks with their boxes, one below the other."""
+        legends = self._all_legends(marks)
         boxes = self._legends.boxes([legend.size(self._caption) for legend in legends], shapes, room)
         chips = self._state_boxes(marks)
         met = [chip.bottom() + 6 - boxes[0].top() for chip in chips if any(chip.intersects(box) for box in boxes)]
