@@ -15,6 +15,7 @@ _MODULES = {
     "image-cost": "sweeps.image_cost",
     "touch-cost": "sweeps.touch_cost",
     "shear-cost": "sweeps.shear_cost",
+    "shear-benefit": "sweeps.shear_benefit",
     "force-estimators": "sweeps.force_estimators",
     "step-cost": "sweeps.step_cost",
     "contact": "sweeps.contact",

@@ -1,4 +1,4 @@
-"""What does accuracy cost in shear, by number of taxels and stiffness of the cover?
+"""Cost of accuracy in shear, by contact model, number of taxels and stiffness of the cover.
 
 A ball is pressed into a flat skin and dragged; tractions of each contact model are compared with a Winkler bed with
 Coulomb friction that is sampled at 200,000 points.
