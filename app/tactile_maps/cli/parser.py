@@ -141,6 +141,8 @@ def _add_listen(command: _Add) -> None:
     add("--tare", type=_integer, metavar="N", help=tare)
     level = "smallest value of a taxel in contact, in the unit shown: counts or kPa (default: from the tare)"
     add("--threshold", type=_threshold, metavar="VALUE", help=level)
+    close = "after a tare: separate contacts whose taxels are connected by the dip between them (default), or join them"
+    add("--close-contacts", choices=("separate", "joined"), help=close)
     add("--weight", type=_positive, metavar="KG", help="calibrate with this mass, which is on the skin at the end")
     seconds = "averaging time at the end (default 0.5); refused while the sum still changes by 5 %%"
     add("--weight-seconds", type=_positive, metavar="SECONDS", help=seconds)

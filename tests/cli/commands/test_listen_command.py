@@ -84,6 +84,26 @@ def test_threshold_is_in_the_unit_shown_and_recorded(readings, skin, capsys, tmp
     assert open_recording(target).runtime_settings_at(0).reading.threshold == 1e3 * float(threshold)
 
 
+def test_contacts_side_by_side_are_separated_or_joined_as_requested_and_recorded(tmp_path, capsys):
+    """Two fingertips 2.5 pitches apart, whose taxels are connected."""
+    random = np.random.default_rng(4)
+    places = 0.004 * np.stack(np.meshgrid(np.arange(20), np.arange(15)), axis=-1).reshape(-1, 2)
+    skin = tmp_path / "skin.csv"
+    skin.write_text("x,y,z,nx,ny,nz\n" + "".join(f"{x},{y},0,0,0,1\n" for x, y in places))
+    away = [np.linalg.norm(places - at, axis=1) for at in ([0.035, 0.03], [0.045, 0.03])]
+    touched = sum(4000 * np.clip(1 - (one / 0.006) ** 2, 0, None) for one in away)
+    rows = [1e4 + 5 * random.standard_normal(300) + (touched if number >= 50 else 0) for number in range(60)]
+    path = tmp_path / "readings.csv"
+    lines = (",".join(map(str, [0.02 * number, *row])) for number, row in enumerate(rows))
+    path.write_text("\n".join(["time," + ",".join(map(str, range(300))), *lines]))
+    for choice, contacts in (("separate", 2), ("joined", 1)):
+        target = str(tmp_path / f"{choice}.mcap")
+        words = ["listen", str(path), "--skin", str(skin), "--robot", "none", "--tare", "50", "-o", target, "--json"]
+        assert main([*words, "--close-contacts", choice]) == 0
+        assert json.loads(capsys.readouterr().out)["contacts_at_once"] == contacts
+        assert open_recording(target).runtime_settings_at(0).reading.close_contacts == choice
+
+
 def test_weight_calibrates_and_is_kept(readings, skin, capsys, tmp_path):
     kept = str(tmp_path / "gains.csv")
     weigh = ["--tare", "10", "--weight", "0.30591", "--save-calibration", kept]

@@ -64,7 +64,7 @@ def execute(arguments: argparse.Namespace) -> int:
             check_mass(arguments.weight)
     arguments.token = token_of(arguments)
     limits = _limits(arguments)
-    scene = _with_threshold(scene_from_arguments(arguments), arguments.threshold)
+    scene = _with_reading(scene_from_arguments(arguments), arguments)
     settings = _settings(arguments, scene)
     if arguments.send:
         check_sending(arguments.send, remote=arguments.remote)
@@ -138,9 +138,14 @@ def _report(
     (print_json(result) if as_json else print_fields(_rows(result, status, latency)))
 
 
-def _with_threshold(scene: Scene, threshold: float | None) -> Scene:
-    """The scene with a contact threshold in the unit shown; internally a count equals 1 kPa."""
-    return scene if threshold is None else replace(scene, reading={**scene.reading, "threshold": 1e3 * threshold})
+def _with_reading(scene: Scene, arguments: argparse.Namespace) -> Scene:
+    """Return the scene with the given contact settings; the threshold is in the unit shown, where 1 count is 1 kPa."""
+    reading = dict(scene.reading)
+    if arguments.threshold is not None:
+        reading["threshold"] = 1e3 * arguments.threshold
+    if arguments.close_contacts is not None:
+        reading["close_contacts"] = arguments.close_contacts
+    return replace(scene, reading=reading)
 
 
 def _session(arguments: argparse.Namespace, connection: Connection, prepared: PreparedScene) -> MeasuredSession:

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor
+from PySide6.QtTest import QTest
 
+from tactile_maps.contacts.pipeline import ReadingSettings
 from tactile_maps.core.reading_units import ReadingUnits
 from tactile_maps.live.session.measured_session import ReadingLevels
 from tactile_widgets.common.colours import DARK, LIGHT
@@ -43,3 +46,14 @@ def test_readings_without_tare_state_that_the_noise_is_unknown(qtbot):
     assert "Noise unknown" in part.caption
     part.show_levels(ReadingLevels(np.full(3, np.nan), np.full(3, 1e3), None), ReadingUnits.COUNTS)
     assert part.caption == "No reading yet."
+
+
+def test_choice_of_contacts_side_by_side_is_shown_and_edited(qtbot):
+    part = ReadingDistribution()
+    qtbot.addWidget(part)
+    part.show_reading(ReadingSettings(close_contacts="joined", above_noise=4.0))
+    assert part.close_contacts.currentText() == "Join connected taxels"
+    with qtbot.waitSignal(part.reading_edited) as edited:
+        QTest.keyClick(part.close_contacts, Qt.Key.Key_Up)
+        part.close_contacts.activated.emit(part.close_contacts.currentIndex())
+    assert edited.args == [ReadingSettings(close_contacts="separate", above_noise=4.0)]

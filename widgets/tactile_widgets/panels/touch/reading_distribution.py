@@ -14,7 +14,7 @@ from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QSizePolicy, QVBoxLayout, QWidget
 
-from tactile_maps.contacts.pipeline import NOISE_FACTORS, THRESHOLDS, ReadingSettings
+from tactile_maps.contacts.pipeline import NOISE_FACTORS, THRESHOLDS, CloseContacts, ReadingSettings
 from tactile_maps.core.arrays import FloatArray
 from tactile_maps.core.reading_units import ReadingUnits
 from tactile_maps.live.session.measured_session import ReadingLevels
@@ -35,6 +35,11 @@ _FIELD = 118
 """Height of a line of text, of the picture, and width of the number [px]."""
 _BY_NOISE = "Times the noise"
 _FIXED = "Fixed value"
+_CLOSE: dict[CloseContacts, str] = {"separate": "Separate contacts side by side", "joined": "Join connected taxels"}
+_CLOSE_TIP = (
+    "Contacts whose taxels are connected, after a tare: separated by the dip of the readings between them,\n"
+    "or one contact. Choose the latter for large objects with an uneven surface."
+)
 _TIP = (
     "Taxels by reading above the baseline. The height of a bar is the square root of their number.\n"
     "Bars at or above the threshold are taxels in contact. Below: median and 95 % of the taxels' noise."
@@ -114,6 +119,7 @@ class ReadingDistribution(QWidget):
         kind: Choice between multiples of the noise and a fixed value.
         factor: Multiple of the noise.
         level: Fixed value, in the unit of the readings.
+        close_contacts: Choice between separating and joining contacts side by side.
     """
 
     reading_edited = Signal(ReadingSettings)
@@ -139,6 +145,15 @@ class ReadingDistribution(QWidget):
             field.setFixedWidth(_FIELD)
         self.factor.valueChanged.connect(self._on_factor)
         self.level.valueChanged.connect(self._on_level)
+        self.close_contacts = make(
+            QComboBox,
+            self,
+            objectName="close-contacts",
+            accessibleName="Contacts side by side",
+            toolTip=_CLOSE_TIP,
+            activated=self._on_close,
+        )
+        self.close_contacts.addItems(list(_CLOSE.values()))
         self._caption = caption_label(self, "distribution-caption")
         self._caption.setAlignment(Qt.AlignmentFlag.AlignTop)
         self._caption.setFixedHeight(2 * self._caption.fontMetrics().lineSpacing())
@@ -151,6 +166,7 @@ class ReadingDistribution(QWidget):
         column.addWidget(self.view)
         column.addWidget(self._caption)
         column.addLayout(row)
+        column.addWidget(self.close_contacts)
         self.show_reading(self._settings)
 
     @property
@@ -172,6 +188,7 @@ class ReadingDistribution(QWidget):
         self.level.setVisible(fixed)
         self.factor.show_number(settings.above_noise)
         self.level.show_number(1e-3 * (settings.threshold or self._usual))
+        self.close_contacts.setCurrentIndex(list(_CLOSE).index(settings.close_contacts))
 
     def show_levels(self, levels: ReadingLevels, units: ReadingUnits) -> None:
         """Show readings, thresholds and noise of the taxels."""
@@ -210,6 +227,9 @@ class ReadingDistribution(QWidget):
 
     def _on_level(self, value: float) -> None:
         self._edit(replace(self._settings, threshold=1e3 * value))
+
+    def _on_close(self, index: int) -> None:
+        self._edit(replace(self._settings, close_contacts=list(_CLOSE)[index]))
 
     def _edit(self, settings: ReadingSettings) -> None:
         if settings != self._settings:
