@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import base64
+import io
 import json
 import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from matplotlib.image import imread
 
 from tactile_maps.skin.formats.taxel_files import read_taxel_sets, write_taxels
 from tactile_maps.skin.model.taxel_set import TaxelSet
@@ -83,6 +86,10 @@ def test_taxels_are_placed_on_the_mesh_with_residuals(robot, stated, tmp_path, c
     text = page.read_text()
     assert "Distance from the mesh, placed" in text
     assert "<svg" in text
+    (picture,) = re.findall(r'<img alt="Residuals on bowl"[^>]* src="data:image/png;base64,([^"]+)">', text)
+    pixels = imread(io.BytesIO(base64.b64decode(picture)))[..., :3]
+    halves = [np.ptp(half, axis=2).max(axis=1) > 0.3 for half in np.split(pixels[:, : pixels.shape[1] * 4 // 5], 2)]
+    assert all(half.sum() > 30 for half in halves), "coloured taxels and vectors, stated above and placed below"
     (taxels,) = read_taxel_sets(target)
     assert taxels.ids.tolist() == (100 + np.arange(99)).tolist()
     assert main(["place", str(target), "--robot", robot, "--by", "module", "--json"]) == 0

@@ -11,10 +11,12 @@ from typing import Any
 import numpy as np
 
 from tactile_maps.cli.shared.output import print_fields, print_json, print_warning, progress_line
+from tactile_maps.cli.shared.residual_picture import residual_picture
 from tactile_maps.cli.shared.robot_options import home_of, package_roots
 from tactile_maps.core.arrays import IntArray
 from tactile_maps.core.errors import SkinError, UsageError
 from tactile_maps.core.file_kinds import FileKind
+from tactile_maps.geometry.surface.mesh import Mesh
 from tactile_maps.geometry.surface.pose import Pose
 from tactile_maps.live.channels.touch_log import read_touch_log
 from tactile_maps.robots.library import load_robot
@@ -62,6 +64,7 @@ def execute(arguments: argparse.Namespace) -> int:
     sets = list(file.sets.values())
     placed: list[_Placed] = []
     result: list[TaxelSet] = []
+    pictures: dict[str, bytes] = {}
     for number, stated in enumerate(sets):
         progress("Placing taxels", number / len(sets))
         taxels = stated if robot is None else _in_link_frame(robot, stated, arguments.link, Path(arguments.input))
@@ -75,10 +78,13 @@ def execute(arguments: argparse.Namespace) -> int:
             for (name, rows), alignment in zip(groups.items(), found, strict=True)
         ]
         result.append(moved)
+        if robot is not None and arguments.report:
+            name = f"Residuals on {moved.link}"
+            pictures[name] = residual_picture(_mesh(robot, moved), taxels.positions, moved.positions)
     progress("", 1.0)
     if arguments.output:
         write_taxels(result, arguments.output)
-    _report(arguments, placed)
+    _report(arguments, placed, pictures)
     return 0
 
 
@@ -114,10 +120,15 @@ def _groups(taxels: TaxelSet, arguments: argparse.Namespace) -> Mapping[str, Int
     return {f"{name}, module {module}": np.flatnonzero(modules == module) for module in np.unique(modules).tolist()}
 
 
+def _mesh(robot: Robot, taxels: TaxelSet) -> Mesh:
+    """Return the mesh of the link that carries the taxels."""
+    assert taxels.link is not None
+    return touchable_mesh(robot, taxels.link)
+
+
 def _by_mesh(robot: Robot | None, taxels: TaxelSet, groups: Mapping[str, IntArray], seed: int) -> list[Alignment]:
     assert robot is not None
-    assert taxels.link is not None
-    mesh = touchable_mesh(robot, taxels.link)
+    mesh = _mesh(robot, taxels)
     return [
         align_to_mesh(mesh, taxels.positions[rows], None if taxels.normals is None else taxels.normals[rows], seed=seed)
         for rows in groups.values()
@@ -150,7 +161,7 @@ def _displaced(taxels: TaxelSet, poses: list[tuple[IntArray, Pose]]) -> TaxelSet
     return replace(taxels, positions=positions, normals=normals, tangents=tangents, findings=())
 
 
-def _report(arguments: argparse.Namespace, placed: list[_Placed]) -> None:
+def _report(arguments: argparse.Namespace, placed: list[_Placed], pictures: Mapping[str, bytes]) -> None:
     before = np.concatenate([one.alignment.before for one in placed])
     after = np.concatenate([one.alignment.after for one in placed])
     what = "touches" if arguments.touches else "taxels"
@@ -181,7 +192,7 @@ def _report(arguments: argparse.Namespace, placed: list[_Placed]) -> None:
             )
         ]
         title = f"Places of the taxels of {arguments.input}"
-        write_fact_page(arguments.report, title, facts, tables={"Groups": rows}, charts=charts)
+        write_fact_page(arguments.report, title, facts, tables={"Groups": rows}, charts=charts, pictures=pictures)
     if arguments.json:
         figures = {"before_mm": 1e3 * float(before.mean()), "after_mm": 1e3 * float(after.mean())}
         print_json({**figures, "groups": rows, "file": arguments.output})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 from collections.abc import Mapping, Sequence
 from html import escape
 from pathlib import Path
@@ -22,6 +23,7 @@ def write_fact_page(
     *,
     tables: Mapping[str, Sequence[Row]] | None = None,
     charts: Sequence[BarChart] = (),
+    pictures: Mapping[str, bytes] | None = None,
 ) -> Path:
     """Write one self-contained HTML page.
 
@@ -31,6 +33,7 @@ def write_fact_page(
         facts: Facts by name; empty ones are left out.
         tables: Rows by heading; tables without rows are left out.
         charts: Diagrams.
+        pictures: PNG files by heading, which the page contains.
 
     Returns:
         The file.
@@ -40,7 +43,13 @@ def write_fact_page(
     """
     body = facts_html({name: plain_text(value) for name, value in facts.items() if value not in (None, "", [], {})})
     body += "".join(map(figure_html, charts))
+    body += "".join(f"<h2>{escape(name)}</h2>{_picture_html(name, png)}" for name, png in (pictures or {}).items())
     body += "".join(f"<h2>{escape(heading)}</h2>{rows_html(rows)}" for heading, rows in (tables or {}).items() if rows)
     body += f"<h2>Made on</h2>{facts_html(describe_machine())}"
     write_atomically(Path(path), page_html(title, body).encode(), error=ExportError)
     return Path(path)
+
+
+def _picture_html(name: str, png: bytes) -> str:
+    data = base64.b64encode(png).decode()
+    return f'<img alt="{escape(name)}" style="max-width:100%" src="data:image/png;base64,{data}">'
