@@ -43,6 +43,10 @@ MOST_FORCE = 1e4
 MOST_SPEED = 100.0
 MOST_DEPTH = 0.010
 """[N], [m/s], [m] that nothing may pass unreported."""
+_FRICTION_GAIN = 1e-9
+"""Share of the friction force times the way that may come out as a gain, by the solver's tolerance."""
+MOST_GAIN = 1e-6
+"""[J] that friction may add to the bodies in a scene: 1e-10 J a contact and step, at most."""
 MOST_FRICTION = 1 + 1e-9
 """Share of Coulomb's limit that no taxel and no contact may pass."""
 STEPS = (0.0001, 0.0002, 0.0005, 0.001, 0.002, 0.004, 0.005, 0.008, 0.01)
@@ -241,8 +245,8 @@ class Outcome:
         stored: What gained energy is held against [J]: what the skin stored at the start, and the most motion since.
         taxel_friction: Greatest shear of a taxel over friction times its pressure; 0 without shear.
         contact_friction: Greatest friction of a contact over its limit; 0 without shear.
-        friction_work: Sum of the work of friction over the last step of every tick [J]; a loss is negative.
-        moved: Greatest kinetic energy after a tick [J]; 0 without shear.
+        friction_work: Work of friction on the way of all steps [J]; a loss is negative.
+        friction_gain: Sum of the works that are positive, over contacts and steps [J].
         refused: The error that rejected the scene; "" for none.
         failure: The error that stopped the run; "" for none.
         remedied: Whether this error states a remedy.
@@ -257,7 +261,7 @@ class Outcome:
     taxel_friction: float = 0.0
     contact_friction: float = 0.0
     friction_work: float = 0.0
-    moved: float = 0.0
+    friction_gain: float = 0.0
     refused: str = ""
     failure: str = ""
     remedied: bool = True
@@ -328,11 +332,20 @@ class _Judge:
 
     @contextmanager
     def watching(self) -> Iterator[None]:
+        physics = self._simulation._physics
+        after = physics._look
+
+        def look() -> None:
+            self._add_friction_work()
+            after()
+
         mujoco.set_mjcb_control(self._step)
+        physics._look = look
         try:
             yield
         finally:
             mujoco.set_mjcb_control(None)
+            physics._look = after
 
     def _step(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         if data.time < self._time + 0.99 * model.opt.timestep:
@@ -380,22 +393,30 @@ class _Judge:
             own = links == one.load.link
             friction[own] = np.maximum(friction[own], one.load.friction)
             outcome.contact_friction = max(outcome.contact_friction, one.usage)
-        outcome.friction_work += self._friction_work()
-        outcome.moved = max(outcome.moved, self._energy()[0])
         lengths = np.linalg.norm(shear, axis=1)
         limits = friction * pressures
         used = np.divide(lengths, limits, out=np.where(lengths > 0, np.inf, 0.0), where=limits > 0)
         outcome.taxel_friction = max(outcome.taxel_friction, float(used.max()))
 
-    def _friction_work(self) -> float:
-        """Return the work of friction in the last step [J]: force times the mean of the speeds before and after it."""
+    def _add_friction_work(self) -> None:
+        """Add the work of friction in the last step: force times the way to the end of the step.
+
+        The way is that of the velocity at the end. With it the mechanical energy of a step changes by the work of all
+        forces without potential, less the kinetic energy of the change of velocity.
+        """
         model = self._model
         data = self._data
         rows = data.contact.efc_address
         rows = rows[(rows >= 0) & (data.contact.dim > 1)]
-        along = np.concatenate([rows + 1, rows + 2]).astype(np.int64)
-        after = data.efc_J.reshape(-1, model.nv)[along] @ data.qvel
-        return float(0.5 * model.opt.timestep * data.efc_force[along] @ (data.efc_vel[along] + after))
+        if not rows.size or not np.isfinite(data.qvel).all():
+            return
+        along = np.stack([rows + 1, rows + 2])
+        way = model.opt.timestep * (data.efc_J.reshape(-1, model.nv)[along] @ data.qvel)
+        force = data.efc_force[along]
+        work = (force * way).sum(axis=0)
+        rounding = _FRICTION_GAIN * np.linalg.norm(force, axis=0) * np.linalg.norm(way, axis=0)
+        self._outcome.friction_work += float(work.sum())
+        self._outcome.friction_gain += float(np.maximum(work - rounding, 0.0).sum())
 
     def _skin_alone(self) -> bool:
         """Whether all that is pressed in at the start is skin, whose stiffness the scene tells."""
@@ -427,9 +448,14 @@ _PREDICTED = {"finding unstable-time-step", "note unstable", "note unstable-serv
 
 
 def unreported(outcome: Outcome) -> list[str]:
-    """Return what exceeded its bound without a report: the scene was neither refused nor stopped with a reason."""
+    """Return what exceeded its bound without a report.
+
+    A scene that was stopped with a reason is judged by the energy of friction up to there.
+    """
+    of_friction = f"{outcome.friction_gain:.3g} J of friction"
+    gained = [of_friction] if outcome.friction_gain > MOST_GAIN else []
     if outcome.refused or outcome.failure:
-        return [] if outcome.remedied else ["what to do about its end"]
+        return gained if outcome.remedied else [*gained, "what to do about its end"]
     reported = outcome.reported
     gain = outcome.gained or 0.0
     # A body that starts deep in skin too stiff for the time step is thrown out; both are reported.
@@ -443,7 +469,7 @@ def unreported(outcome: Outcome) -> list[str]:
         f"{1e3 * outcome.depth:.3g} mm deep": outcome.depth > MOST_DEPTH and "note deep" not in reported,
         f"shear of a taxel {outcome.taxel_friction:.9g} times its limit": outcome.taxel_friction > MOST_FRICTION,
         f"friction {outcome.contact_friction:.9g} times its limit": outcome.contact_friction > MOST_FRICTION,
-        f"{outcome.friction_work:.3g} J of friction": outcome.friction_work > _ROUNDING + _GAIN * outcome.moved,
+        of_friction: bool(gained),
         f"{gain:.3g} J of nothing": gain > _ROUNDING + _GAIN * outcome.stored and not reported & _PREDICTED,
     }
     return [what for what, is_so in beyond.items() if is_so]

@@ -19,6 +19,7 @@ from tactile_maps.simulation.model.contact_stiffness import ContactSharing, unst
 from tactile_maps.simulation.model.model_assembly import assemble
 from tactile_maps.simulation.model.model_names import body_name
 from tactile_maps.simulation.model.object_geoms import ProbeDrives, has_body, hull_notes
+from tactile_maps.simulation.model.passive_friction import PassiveFriction
 from tactile_maps.simulation.model.piece_contacts import PieceContacts
 from tactile_maps.simulation.pressing_shapes import Solids, contact_candidates
 from tactile_maps.simulation.step_checks import DivergenceGuard, ImpedanceCommand, TunnellingCheck, unstable_servos
@@ -85,6 +86,7 @@ class Physics:
         self._watch = ContactWatch(self.model, self.data, skin, averages=effects.time_averaging)
         pieces = PieceContacts(self.model, robot, skin)
         self._sharing = ContactSharing(self.model, layer, pieces=pieces) if self._watch.needed else None
+        self._friction = PassiveFriction(self.model)
         self._drives = ProbeDrives(self.model, present)
         passing = TunnellingCheck(self.model, present)
         self._passing = passing if passing.needed else None
@@ -308,7 +310,7 @@ class Physics:
         else:
             mujoco.mj_step1(self.model, self.data)
             self._share()
-            mujoco.mj_step2(self.model, self.data)
+            self._finish_step()
 
     def _step_with(self, hooks: Sequence[Hook]) -> None:
         mujoco.mj_step1(self.model, self.data)
@@ -316,7 +318,13 @@ class Physics:
         for hook in hooks:
             hook(self.data)
         self._share()
-        mujoco.mj_step2(self.model, self.data)
+        self._finish_step()
+
+    def _finish_step(self) -> None:
+        if self.data.ncon:
+            self._friction.finish_step(self.data)
+        else:
+            mujoco.mj_step2(self.model, self.data)
 
     def _share(self) -> None:
         if self._sharing is not None and self.data.ncon:

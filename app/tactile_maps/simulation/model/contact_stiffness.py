@@ -48,8 +48,9 @@ _DILATION = 0.8
 
 In MuJoCo's convex model sliding at speed v also pushes the bodies apart, with the acceleration  mu B v: without a limit
 the contact hops, and a pressing force of 10 N varies by 13 N at 0.3 m/s. While bodies slide, friction is Coulomb's
-force for any reference above the deceleration  mu g,  so that the limit does not change it. What is left of the push is
-subtracted from the normal reference, except with ``discrete``, which does not need it.
+force for any reference above their deceleration, so that the limit does not change it; where they are braked harder,
+``PassiveFriction`` repeats the step without it. What is left of the push is subtracted from the normal reference,
+except with ``discrete``, which does not need it.
 """
 _ROUND = {
     int(shape) for shape in (mujoco.mjtGeom.mjGEOM_SPHERE, mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_CAPSULE)
