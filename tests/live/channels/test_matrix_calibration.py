@@ -105,7 +105,12 @@ def test_calibrate_writes_matrices_of_a_file_of_force_vectors(skin, tmp_path, ca
     assert "of held-out rows" in said.out
     assert "get the common matrix" in said.err
     np.testing.assert_allclose(load_calibration(output, skin).matrix[8], matrices[8], rtol=1e-9)
-    assert main([*arguments[:-2], "--json"]) == 0
+    page = tmp_path / "report.html"
+    assert main([*arguments[:-2], "--report", str(page), "--json"]) == 0
+    table = page.read_text().split("<h2>Taxels</h2>")[1].split("</table>")[0]
+    assert table.count("<tr><td>") == int(skin.three_axis.sum()), "one row for each taxel with three axes"
+    assert f"<td>{matrices[8][0, 1]:.5g}</td>" in table
+    assert "<td>common</td>" in table
     figures = json.loads(capsys.readouterr().out)
     assert figures["unit"] == "N"
     assert len(figures["error"]) == 3

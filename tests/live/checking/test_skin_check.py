@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from tactile_maps.core.errors import LiveError
 from tactile_maps.live.checking.parts import parts_of
+from tactile_maps.live.checking.report import board_rows
 from tactile_maps.live.checking.skin_check import CheckSettings, CheckStage, Outcome, SkinCheck
 from tactile_maps.live.checking.verdicts import ChannelFault, verdicts_of
+from tactile_maps.skin.model.skin import Skin, TaxelIdentity
 from tests.support.pressed_stream import pressed, skin_with_modules
 from tests.support.touch import bar_skin
 
@@ -259,3 +263,36 @@ def test_channel_without_a_value_is_not_received_and_drift_is_not_a_touch():
     check = run(change=change)
     assert outcomes(check) == [Outcome.FELT] * 4
     assert faults(check) == {ChannelFault.UNHEARD: [lost]}
+
+
+def icub_skin(taxels=384, stream=384):
+    """Return the bar's skin as two boards of iCub with sixteen modules of twelve channels each."""
+    skin = bar_skin(taxels)
+    (patch,) = skin.patches
+    along = np.argsort(np.argsort(patch.taxels.positions[:, 0], kind="stable"), kind="stable")
+    identity = TaxelIdentity(along, along // 12, along % 12, stream=stream)
+    return Skin((replace(patch, taxels=replace(patch.taxels, identity=identity)),))
+
+
+def test_board_of_which_no_channel_responds_is_named_with_its_modules():
+    skin = icub_skin()
+    second = skin.identity.ids >= 192
+
+    def change(values, number):
+        return np.where(second, 200.0, values)
+
+    check = run(
+        [part.taxels for part in parts_of(skin)], skin=skin, settings=CheckSettings(patience=2.0), change=change
+    )
+    rows = board_rows(check, verdicts_of(check))
+    link = skin.patches[0].link
+    assert [row["board"] for row in rows] == [f"board 0 of {link}", f"board 1 of {link}"]
+    assert [row["modules"] for row in rows] == ["0-15", "16-31"]
+    assert [row["felt"] for row in rows] == ["192 of 192", "0 of 192"]
+    assert [row["verdict"] for row in rows] == ["responds", "no channel responds: check its cable and supply"]
+
+
+@pytest.mark.parametrize("skin", [SKIN, icub_skin(stream=None), icub_skin(stream=385)], ids=["bar", "none", "other"])
+def test_boards_are_not_stated_for_streams_of_other_skins(skin):
+    check = run([], skin=skin)
+    assert board_rows(check, verdicts_of(check)) == []

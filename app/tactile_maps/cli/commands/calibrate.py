@@ -27,6 +27,8 @@ from tactile_maps.skin.model.skin import Skin
 
 _NAMED = 8
 """Number of taxels that are named; all are counted."""
+_PARTS = ("p", "t1", "t2")
+"""Channels of a taxel with three axes, and the parts of its traction."""
 _BRANCHES = 0.1
 """Gain of separate curves for rising and falling load from which hysteresis is reported as a warning."""
 
@@ -86,7 +88,9 @@ def _calibrate_matrices(arguments: argparse.Namespace, skin: Skin) -> int:
     if arguments.report:
         from tactile_maps.cli.shared.pages import write_fact_page
 
-        write_fact_page(arguments.report, f"Calibration with {arguments.input}", facts, tables={})
+        write_fact_page(
+            arguments.report, f"Calibration with {arguments.input}", facts, tables={"Taxels": _matrix_rows(found, skin)}
+        )
     if arguments.json:
         figures = {
             "taxels": len(skin),
@@ -117,6 +121,28 @@ def _matrix_facts(found: MatrixCalibration, rows: int) -> dict[str, str]:
         "Independent": f"{independent} with a gain for each channel",
         "Uncertainty": f"{100 * np.median(found.uncertainty[own]):.2g} % of the matrix (standard error, median)",
     }
+
+
+def _matrix_rows(found: MatrixCalibration, skin: Skin) -> list[dict[str, Any]]:
+    """Rows of the report, one for each taxel with three axes."""
+    deviation, matrix = found.calibration.deviation, found.calibration.matrix
+    assert deviation is not None
+    assert matrix is not None
+    return [
+        {
+            "taxel": str(skin.taxel_name(taxel)) or str(taxel),
+            "matrix": "common" if taxel in found.pooled else "own",
+            "rows": int(found.rows[taxel]),
+            "error_Pa": float(deviation[taxel]),
+            "uncertainty_percent": 100 * float(found.uncertainty[taxel]),
+            **{
+                f"{to}_by_{channel}": float(matrix[taxel, row, column])
+                for row, to in enumerate(_PARTS)
+                for column, channel in enumerate(_PARTS)
+            },
+        }
+        for taxel in np.flatnonzero(skin.three_axis).tolist()
+    ]
 
 
 def _too_few_rows(pooled: IntArray, skin: Skin, kind: str) -> str:

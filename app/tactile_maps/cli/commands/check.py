@@ -18,6 +18,7 @@ from tactile_maps.cli.shared.source_options import blaming, connection_of, token
 from tactile_maps.core.errors import LiveError, UsageError
 from tactile_maps.live.channels.matching import load_matching
 from tactile_maps.live.checking.report import (
+    board_rows,
     check_facts,
     fault_counts,
     outcome_counts,
@@ -190,6 +191,7 @@ def _result(check: SkinCheck, connection: Connection, report: str | None) -> dic
         "median_noise": float(np.median(check.noise)),
         "swapped": list(swap_texts(check, verdicts)),
         "channels": channels,
+        "boards": board_rows(check, verdicts),
         "parts": parts,
         "report": report,
     }

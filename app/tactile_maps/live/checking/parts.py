@@ -7,12 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from tactile_maps.core.arrays import ArrayFields, BoolArray, FloatArray, IntArray
-from tactile_maps.skin.model.skin import Skin
+from tactile_maps.skin.formats.icub_positions import ROWS_PER_MODULE
+from tactile_maps.skin.model.skin import Skin, TaxelIdentity
 
 _SINGLE_TAXELS = 24
 """Largest skin without modules whose taxels are pressed one by one."""
 _LARGEST_GROUP = 32
 """Largest number of taxels of a group without modules: about what a hand presses in a few seconds."""
+_BOARD_VALUES = 192
+"""Number of values of one of iCub's boards in its stream: sixteen modules of twelve."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,12 +27,19 @@ class SkinPart(ArrayFields):
         link: Link that carries them.
         taxels: (k,) their numbers, ascending.
         module: Their module; None where the skin states none.
+        board: Number of the board that reads the module; None where the skin's stream is not one of iCub's boards.
     """
 
     name: str
     link: str
     taxels: IntArray
     module: int | None = None
+    board: int | None = None
+
+    @property
+    def board_name(self) -> str:
+        """Displayed name of the board; empty where it is unknown."""
+        return "" if self.board is None else f"board {self.board} of {self.link}"
 
 
 def parts_of(skin: Skin) -> tuple[SkinPart, ...]:
@@ -72,10 +82,25 @@ def _modules(skin: Skin, link: str, patches: list[int], where: str) -> list[Skin
         return []
     taxels = np.concatenate([np.arange(skin.first[k], skin.first[k + 1]) for k in patches])
     modules = np.concatenate([skin.patches[k].taxels.identity.modules for k in patches])
-    return [
-        SkinPart(f"module {module}{where}", link, np.sort(taxels[modules == module]), module)
-        for module in np.unique(modules).tolist()
-    ]
+    boards = np.concatenate([_boards(skin.patches[k].taxels.identity) for k in patches])
+    parts = []
+    for module in np.unique(modules).tolist():
+        own = modules == module
+        board = int(boards[own].min())
+        name = f"module {module}{where}"
+        parts.append(SkinPart(name, link, np.sort(taxels[own]), module, board if board >= 0 else None))
+    return parts
+
+
+def _boards(identity: TaxelIdentity) -> IntArray:
+    """(n,) board of each taxel of a patch with modules, by its place in a stream of iCub's boards; -1 if unknown."""
+    ids = identity.ids
+    modules = identity.modules
+    assert modules is not None
+    of_icub = ids is not None and identity.stream is not None and identity.stream % _BOARD_VALUES == 0
+    if ids is None or not of_icub or (modules != ids // ROWS_PER_MODULE).any():
+        return np.full(len(modules), -1)
+    return np.asarray(ids // _BOARD_VALUES)
 
 
 def _groups(skin: Skin, patch: int, where: str) -> list[SkinPart]:

@@ -17,7 +17,7 @@ from tactile_maps.live.checking.skin_check import Outcome, SkinCheck
 from tactile_maps.live.checking.verdicts import FAULT_TEXTS, ChannelFault, Verdicts, verdicts_of
 from tactile_maps.maps.formats.html_page import facts_html, page_html, rows_html
 from tactile_maps.session.prepare import PreparedScene
-from tactile_maps.skin.model.skin import Skin
+from tactile_maps.skin.model.skin import Skin, number_ranges
 
 _PICTURE = 900.0
 """Width of the drawing of the map [px]."""
@@ -128,8 +128,39 @@ def _body(check: SkinCheck, facts: Mapping[str, object], points: FloatArray | No
         body += f'<p class="note">{"<br>".join(said)}</p>'
     if points is not None:
         body += f"<h2>Map</h2>{_drawing(check, verdicts, points)}"
+    if boards := board_rows(check, verdicts):
+        body += f"<h2>Boards</h2>{rows_html(boards)}"
     body += f"<h2>Parts</h2>{rows_html(list(_part_rows(check, verdicts)))}"
     return body + f"<h2>All channels</h2>{rows_html(list(_channel_rows(check, verdicts, range(len(check.skin)))))}"
+
+
+def board_rows(check: SkinCheck, verdicts: Verdicts) -> list[dict[str, object]]:
+    """Return what was felt of each board and its faults; empty where the boards are unknown.
+
+    A board of which nothing was felt or received although several of its modules were pressed is named: its cable or
+    supply is at fault rather than its channels.
+    """
+    parts = dict[str, list[int]]()
+    for number, part in enumerate(check.parts):
+        if part.board_name:
+            parts.setdefault(part.board_name, []).append(number)
+    rows = list[dict[str, object]]()
+    for name, numbers in parts.items():
+        own = np.concatenate([check.parts[number].taxels for number in numbers])
+        faults = {str(fault): int(those[own].sum()) for fault, those in verdicts.faults.items()}
+        asked = sum(check.results[number].outcome not in (Outcome.OPEN, Outcome.SKIPPED) for number in numbers)
+        felt = int(check.felt[own].sum())
+        mute = not felt and (not check.heard[own].any() or asked > 1)
+        rows.append(
+            {
+                "board": name,
+                "modules": number_ranges(np.array([check.parts[number].module for number in numbers])),
+                "felt": f"{felt} of {len(own)}",
+                "faults": ", ".join(f"{count} {fault}" for fault, count in faults.items() if count),
+                "verdict": "no channel responds: check its cable and supply" if mute else "responds" if felt else "",
+            }
+        )
+    return rows
 
 
 def _part_rows(check: SkinCheck, verdicts: Verdicts) -> Iterator[dict[str, object]]:
@@ -141,6 +172,7 @@ def _part_rows(check: SkinCheck, verdicts: Verdicts) -> Iterator[dict[str, objec
         yield {
             "part": part.name,
             "link": part.link,
+            **({"board": part.board} if part.board_name else {}),
             "outcome": str(result.outcome),
             "responded": check.names(result.others),
             "felt": f"{int(felt[own].sum())} of {len(own)}",
@@ -170,6 +202,7 @@ def _channel_rows(check: SkinCheck, verdicts: Verdicts, taxels: range | list[int
         yield {
             "part": part.name,
             "link": part.link,
+            **({"board": part.board} if part.board_name else {}),
             "taxel": taxel,
             "id": name.id,
             "channel": name.channel,
