@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from tactile_maps.cli.parser import build_parser
+from tactile_maps.cli.parser import EXAMPLES, build_parser
 from tests.support.command_line import call, result_of
 from tests.support.recordings import record, small_arm
 
@@ -41,9 +41,16 @@ def test_help_and_version(capsys):
     status, output, _ = call(capsys, "--help")
     assert status == 0
     assert all(code in output for code in ("130", "143", "129", "131"))
-    _, output, _ = call(capsys, "export", "--help")
+    status, output, _ = call(capsys, "export", "--help")
+    assert status == 0
+    assert output.index("Recording for other programs") < output.index("options:") < output.index("example:")
     assert "it must not exist" not in output
     assert "a folder must not exist" in " ".join(output.split())
+
+
+@pytest.mark.parametrize("command", EXAMPLES)
+def test_example_of_each_command_can_be_parsed(command):
+    assert build_parser().parse_args(EXAMPLES[command].split()).command == command
 
 
 def test_maps_and_inspection_do_not_import_simulation_control_or_recording():

@@ -75,6 +75,7 @@ FULL = Scene(
     motion=(Waypoint({"elbow 1": 0.1, "x": -2.0}, seconds=1 / 3, rest=0.5, unit="deg"), Waypoint((0.1, 0.2))),
     stimuli=(Stroke(), Stroke(patch="x", start=(0.0, 1.0), force=1.5), Babble(touches=3, begin=0.5)),
     tick=0.01,
+    repeat_stimuli=False,
     seed=7,
 )
 

@@ -42,6 +42,9 @@ def test_one_stroke_presses_moves_and_lifts_within_its_time():
     assert [type(act) for act in acts[220]] == [PokeMoved, PokeReleased]
     assert not any(acts[tick] for tick in range(221, 260))
     assert all(acts[tick] == acts[tick + 260] for tick in range(260)), "and again"
+    once = StimulusPlayer(bar_skin(), [stroke], tick=TICK, repeat=False)
+    assert all(once.inputs(tick) == acts[tick] for tick in range(260))
+    assert not any(once.inputs(tick) for tick in range(260, 520))
 
 
 def test_stimuli_with_a_time_play_together_each_with_its_finger():

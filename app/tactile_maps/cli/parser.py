@@ -22,6 +22,31 @@ EPILOG = """exit codes: 0 done, 1 failed with a message, 2 bad usage,
 robots: arm, two_arms, hand (ours); ur5e, icub, icub_whole (pip install 'tactile-maps[robots]'); a file;
         a model in MENAGERIE_ROOT or known to mujoco-menagerie"""
 
+EXAMPLES: Mapping[str, str] = {
+    "gui": "gui slide.mcap",
+    "run": "run slide --for 10 -o slide.mcap",
+    "listen": "listen udp://127.0.0.1:9000 --skin hand.csv --robot none --tare 50 -o skin.mcap",
+    "check": "check udp://127.0.0.1:9000 --skin hand.csv --robot none --report check.html",
+    "screenshot": "screenshot --scene slide --at 3 -o slide.png",
+    "film": "film slide.mcap -o slide.mp4",
+    "map": "map ur5e --links forearm_link --taxels 500 -o forearm.npz",
+    "inspect": "inspect ur5e",
+    "weigh": "weigh ur5e --mass 0.2",
+    "calibrate": "calibrate loads.csv --skin hand.csv --robot none -o calibration.csv",
+    "place": "place hand.csv --robot ur5e -o placed.csv",
+    "budget": "budget slide --milliseconds 5",
+    "replay": "replay slide.mcap --verify",
+    "recover": "recover broken.mcap -o fixed.mcap",
+    "trim": "trim slide.mcap --from 1 --to 3 -o part.mcap",
+    "export": "export slide.mcap --to csv -o slide",
+    "compare": "compare follow_path --controllers hybrid,qp --for 5",
+    "study": "study needs --quick -o studies",
+    "guide": "guide control",
+    "desktop": "desktop",
+    "cache": "cache",
+}
+"""Example of each command, which its help shows."""
+
 _UNITS = {"s": 1.0, "min": 60.0, "h": 3600.0}
 _THEMES = ("dark", "light")
 _RECORDING = "FILE.mcap"
@@ -87,8 +112,18 @@ def build_parser() -> argparse.ArgumentParser:
     _scene_options(parser)
     commands = parser.add_subparsers(dest="command", metavar="COMMAND")
     for add_command in _COMMANDS:
-        add_command(commands.add_parser)
+        add_command(partial(_with_help, commands.add_parser))
     return parser
+
+
+def _with_help(add_parser: _Add, name: str, *, help: str) -> _Parser:
+    """Add the parser of a command whose own help begins with its description and ends with an example."""
+    return add_parser(
+        name,
+        help=help,
+        description=f"{help[0].upper()}{help[1:]}.",
+        epilog=f"example: tactile-maps {EXAMPLES[name]}",
+    )
 
 
 def _add_gui(command: _Add) -> None:

@@ -74,6 +74,7 @@ class Scene:
         reading: Settings of the contact detection that differ from its defaults, by name.
         motion: Repeated motion of the robot; without waypoints it stays at home.
         stimuli: Stimuli of the scripted fingers.
+        repeat_stimuli: Whether these start again when all have ended.
         tick: Time between two control ticks [s], a whole number of time steps.
         seed: Seed of all randomness in the session: 0 to 2^63 - 1.
 
@@ -107,6 +108,7 @@ class Scene:
     reading: Mapping[str, str | float] = field(default_factory=dict)
     motion: tuple[Waypoint, ...] = ()
     stimuli: tuple[Stimulus, ...] = ()
+    repeat_stimuli: bool = True
     tick: float = 0.005
     seed: int = 0
 

@@ -36,7 +36,7 @@ _POINTS = ("path",)
 _WORDS = ("name", "title", "description", "suggestion")
 _TAXELS = "taxel_file"
 """Key of one file of taxels, or of a list of them."""
-_PLAIN = (*_WORDS, "robot", "task", "outputs", "package_roots", _TAXELS, "tick", "seed")
+_PLAIN = (*_WORDS, "robot", "task", "outputs", "package_roots", _TAXELS, "repeat_stimuli", "tick", "seed")
 _TABLES = (
     "home",
     "cover",

@@ -187,7 +187,7 @@ class Session:
         self._behaviours = BehaviourTrigger(skin, self._start.behaviours if behaviours is None else behaviours)
         self._controller.prepare((self.settings.task, *tasks_of(self._behaviours.behaviours)), self.map)
         self._motion = Motion(robot, scene.motion) if scene.motion else None
-        self._stimulus = StimulusPlayer(skin, scene.stimuli, tick=scene.tick)
+        self._stimulus = StimulusPlayer(skin, scene.stimuli, tick=scene.tick, repeat=scene.repeat_stimuli)
         self._watch = Stopwatch()
         self._watchers: list[Callable[[Frame], None]] = []
         self.reset()

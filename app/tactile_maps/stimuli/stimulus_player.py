@@ -21,15 +21,16 @@ _SPAN = 200
 
 
 class StimulusPlayer:
-    """Inputs of a script, which is repeated. The inputs of a tick depend on the tick alone.
+    """Inputs of a script. The inputs of a tick depend on the tick alone.
 
     A stimulus without ``begin`` starts when the previous one in the script has ended. Others start at their time, so
-    that several may be active with separate fingers. The script starts again when all have ended.
+    that several may be active with separate fingers. A repeated script starts again when all have ended.
 
     Args:
         skin: The skin.
         stimuli: The script, possibly empty.
         tick: Duration of a tick [s].
+        repeat: Whether the script starts again.
 
     Attributes:
         ticks: Duration of the script in ticks; 0 for an empty one.
@@ -39,7 +40,8 @@ class StimulusPlayer:
         SceneError: A place of a stimulus is not on the skin.
     """
 
-    def __init__(self, skin: Skin, stimuli: Sequence[Stimulus], *, tick: float) -> None:
+    def __init__(self, skin: Skin, stimuli: Sequence[Stimulus], *, tick: float, repeat: bool = True) -> None:
+        self._repeat = repeat
         made: list[_ScheduledTrack] = []
         self.ticks = 0
         ended = 0
@@ -62,7 +64,7 @@ class StimulusPlayer:
 
     def inputs(self, tick: int) -> list[PokeInput]:
         """Return the inputs of tick number ``tick``, from 0. About 1 µs, and 40 µs a moving finger."""
-        if not self.ticks:
+        if not self.ticks or (tick >= self.ticks and not self._repeat):
             return []
         tick %= self.ticks
         return [act for part in self._near.get(tick // _SPAN, ()) for act in part.inputs(tick)]

@@ -505,6 +505,8 @@ EFFECTS: dict[str, Effect] = {
     # Touch.
     "save_script": Effect(held, files),
     "play_script": Effect(LIVE, asked),
+    "script_once": Effect(LIVE, of_state("script_repeats")),
+    "script_repeated": Effect(after("script_once"), of_state("script_repeats")),
     "weigh": Effect(LIVE, lambda bench: bench.window.notification_bar.text),
     # Control.
     **_family("controller", CONTROLLERS, "controller"),

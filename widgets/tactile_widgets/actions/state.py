@@ -64,6 +64,8 @@ class WindowState:
         overlaid: Whether a second recording is drawn over it.
         can_repeat: Whether the touches of the recording can be repeated in the scene that runs behind it.
         looping: Whether the range is played repeatedly.
+        has_script: Whether the scene has a stimulus script.
+        script_repeats: Whether that script is repeated.
     """
 
     mode: Mode = Mode.EMPTY
@@ -96,6 +98,8 @@ class WindowState:
     overlaid: bool = False
     can_repeat: bool = False
     looping: bool = False
+    has_script: bool = False
+    script_repeats: bool = True
 
 
 StateRule = Callable[[WindowState], bool]
@@ -120,6 +124,11 @@ def running(state: WindowState) -> bool:
 def simulating(state: WindowState) -> bool:
     """Whether a simulation is shown, running or paused."""
     return running(state) and not state.measured
+
+
+def scripted(state: WindowState) -> bool:
+    """Whether a simulation of a scene with a stimulus script is shown."""
+    return simulating(state) and state.has_script
 
 
 def replaying(state: WindowState) -> bool:

@@ -33,6 +33,7 @@ from tactile_widgets.actions.state import (
     replaying,
     restorable,
     running,
+    scripted,
     simulating,
 )
 from tactile_widgets.common.controller_settings import SETTING_CHOICES
@@ -507,6 +508,24 @@ _TOUCH = (
         running,
     ),
     ActionSpec("play_script", "Play a script…", "", "Restart the scene and play a stimulus script", simulating),
+    ActionSpec(
+        "script_once",
+        "Play the script once",
+        "",
+        "Restart the scene and play its stimulus script once; Reset plays it again",
+        scripted,
+        checked=partial(_is, "script_repeats", False),
+        group="script",
+    ),
+    ActionSpec(
+        "script_repeated",
+        "Repeat the script",
+        "",
+        "Restart the scene and play its stimulus script again and again",
+        scripted,
+        checked=attrgetter("script_repeats"),
+        group="script",
+    ),
     LINE,
     ActionSpec(
         "weigh",

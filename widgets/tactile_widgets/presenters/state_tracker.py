@@ -98,6 +98,7 @@ class StateTracker(Presenter):
         editor = context.editor
         settings = self._settings
         mode = session.mode
+        scene = None if session.prepared is None else session.prepared.scene
         return WindowState(
             mode=mode,
             playing=mode is Mode.RUNNING or (mode is Mode.REPLAYING and context.timeline.playhead.playing),
@@ -129,4 +130,6 @@ class StateTracker(Presenter):
             can_repeat=session.replay.player is not None and session.simulates_behind,
             has_range=context.timeline.range is not None,
             looping=context.timeline.playhead.loop is not None,
+            has_script=scene is not None and bool(scene.stimuli),
+            script_repeats=scene is None or scene.repeat_stimuli,
         )

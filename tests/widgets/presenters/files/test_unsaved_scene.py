@@ -9,7 +9,7 @@ from functools import partial
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QMessageBox
+from PySide6.QtWidgets import QApplication, QMessageBox, QToolButton
 
 from tactile_maps.contacts.pipeline import reading_from
 from tactile_maps.control.behaviours import Behaviour, behaviours_from
@@ -40,6 +40,21 @@ def window(window_again):
     yield window_again
     window_again.live.set_behaviours(())  # the lists of the panel would outlive the test
     run(window_again, 0.02)
+
+
+def test_first_map_of_a_scene_without_a_file_proposes_its_name_for_the_scene(window, saving, tmp_path):
+    window.editor.do("Rotate", lambda document: rotate(document, [0], 0.5))
+    window.action("save").trigger()
+    (saved,) = tmp_path.glob("*.npz")
+    assert f"Save the scene as {saved.stem}.toml to open both together" in window.notification_bar.text
+    QApplication.processEvents()
+    button = window.notification_bar.findChildren(QToolButton, "message-remedy")[-1]
+    QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+    assert saving == ["Save map", "Save scene"]
+    assert load_scene(str(saved.with_suffix(".toml"))).robot == "arm"
+    window.editor.do("Rotate", lambda document: rotate(document, [0], 0.5))
+    window.action("save").trigger()
+    assert "Save the scene" not in window.notification_bar.text
 
 
 @pytest.fixture

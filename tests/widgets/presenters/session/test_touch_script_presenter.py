@@ -64,6 +64,34 @@ def test_saved_pokes_play_as_a_script(window, script):
     assert np.linalg.norm(away) < 0.01
 
 
+def test_script_is_played_once_or_repeatedly(window, script):
+    assert not window.action("script_once").isEnabled() or window.live.prepared.scene.stimuli
+    run(window, 0.1)
+    poke(window, 70, 0.2)
+    window.action("save_script").trigger()
+    window.action("play_script").trigger()
+    assert window.action("script_repeated").isChecked()
+    window.action("script_once").trigger()
+    assert window.live.runner.session.frame.tick == 0
+    assert window.action("script_once").isChecked()
+
+    def touched(seconds):
+        times = []
+        for _ in range(round(seconds / 0.05)):
+            run(window, 0.05)
+            if window.live.runner.session.frame.pokes:
+                times.append(window.live.runner.session.frame.time)
+        return times
+
+    once = touched(2.0)
+    assert once
+    assert max(once) < 0.6, "the script touches once"
+    window.action("reset").trigger()
+    assert touched(0.6), "Reset plays it again"
+    window.action("script_repeated").trigger()
+    assert max(touched(2.0)) > 1.5
+
+
 def test_two_touches_make_two_script_entries(window, script):
     run(window, 0.1)
     poke(window, 70, 0.2)

@@ -519,6 +519,7 @@ class MapFilePresenter(Presenter):
         if self._file is None or document is None:
             return False
         self._wait()
+        is_first = self._file.path is None
         try:
             self._file.save_as(document, path)
         except TactileMapsError as error:
@@ -526,6 +527,10 @@ class MapFilePresenter(Presenter):
             return False
         if self._new_skin:
             text = f"Saved {path}. Save the scene too: it contains the skin."
+            self._notifier.say(text, remedies=[self._context.actions["save_scene"]], of="save map")
+        elif is_first and self._scene.path is None:
+            self._scene.proposed = path.stem
+            text = f"Saved {path}. Save the scene as {path.stem}.toml to open both together."
             self._notifier.say(text, remedies=[self._context.actions["save_scene"]], of="save map")
         else:
             self._notifier.say(f"Saved {path}", of="save map")

@@ -50,6 +50,7 @@ class SceneFilePresenter(Presenter):
 
     Attributes:
         path: File of the scene; None for a scene of the program, or of a robot or skin alone.
+        proposed: Name proposed for its file, without ending; empty for that of the scene.
     """
 
     changed = Signal()
@@ -61,6 +62,7 @@ class SceneFilePresenter(Presenter):
         super().__init__(context, parent)
         self._effects = effects
         self.path: Path | None = None
+        self.proposed = ""
         self._next: Path | None = None  # of the scene that is being opened
         self._in_file: RuntimeSettings | None = None
         session = self._session
@@ -76,6 +78,7 @@ class SceneFilePresenter(Presenter):
     def begin(self, prepared: PreparedScene) -> None:
         """Begin with another scene, as its file states it."""
         self.path = self._next
+        self.proposed = ""
         self._next = None
         self._in_file = RuntimeSettings.of_scene(prepared)
         self.changed.emit()
@@ -173,7 +176,7 @@ class SceneFilePresenter(Presenter):
     def _ask_path(self, scene: Scene | None) -> str:
         if scene is None:
             return ""
-        return self._context.dialogs.save_file("Save scene", f"{scene.name}.toml", SCENE_FILTER)
+        return self._context.dialogs.save_file("Save scene", f"{self.proposed or scene.name}.toml", SCENE_FILTER)
 
     def _write(self, path: str, scene: Scene | None, *, own: bool) -> bool:
         if scene is None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
+from typing import Any
 
 from PySide6.QtWidgets import QWidget
 
@@ -32,6 +34,8 @@ class TouchScriptPresenter(Presenter):
         context.actions.bind(
             save_script=self.choose_save,
             play_script=self.choose_play,
+            script_once=partial(self.play_again, repeat=False),
+            script_repeated=partial(self.play_again, repeat=True),
             repeat_touches=self.repeat,
             weigh=self.weigh,
         )
@@ -64,12 +68,18 @@ class TouchScriptPresenter(Presenter):
 
     def play(self, path: str) -> None:
         """Restart the scene with its current settings and play a script."""
+        with self._notifier.errors_shown("play script"):
+            self._restart(stimuli=load_stimuli(path))
+
+    def play_again(self, *, repeat: bool) -> None:
+        """Restart the scene with its current settings and play its script, once or repeatedly."""
+        self._restart(repeat_stimuli=repeat)
+
+    def _restart(self, **changed: Any) -> None:
         run = self._session.run
         scene = self._effects.scene
-        if run is None or scene is None:
-            return
-        with self._notifier.errors_shown("play script"):
-            prepared = replace(run.prepared, scene=replace(scene, stimuli=load_stimuli(path)))
+        if run is not None and scene is not None:
+            prepared = replace(run.prepared, scene=replace(scene, **changed))
             self._session.show_prepared(prepared, run.settings)
 
     def repeat(self) -> None:
