@@ -66,7 +66,15 @@ def test_intervals_include_what_the_contact_model_leaves_out(model, effect):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("effect", ["none", "threshold", "quantisation"])
+@pytest.mark.parametrize("skin", [SKIN, "arm-10000"])
+def test_tails_are_read_to_their_end_without_noise(skin):
+    table = touch_errors(skin, "half-space")
+    assert len(table) > 290
+    assert (np.abs(table[:, 0]) < 1e-4 * table[:, 4]).all()
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("effect", ["threshold", "quantisation"])
 def test_tails_that_a_fine_skin_does_not_read_are_within_the_interval(effect):
     """Half-space stress reaches beyond the ring of a contact and below the threshold of its taxels, 5 mm apart."""
     found = coverage("arm-10000", "half-space", effect)

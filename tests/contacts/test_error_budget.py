@@ -10,6 +10,7 @@ import pytest
 
 from tactile_maps.contacts.detection.centre_of_pressure import SensorUncertainty
 from tactile_maps.contacts.detection.error_budget import (
+    LeftOut,
     Motion,
     Readings,
     Uncertainty,
@@ -194,6 +195,26 @@ def test_force_in_the_ring_hints_at_force_beyond():
     own = 0.1 - 0.05 / 0.95 * 0.9
     assert parts(readings, crosstalk=Crosstalk(0.05)) == {"ring": 0.0}, "what crosstalk passes beyond is known"
     assert limits(readings, crosstalk=Crosstalk(0.05)) == pytest.approx({"ring": own**3})
+
+
+def test_force_next_to_a_contact_is_what_its_row_can_hide():
+    readings = Readings(np.array([0.9, 0.1]), np.full(2, AREA), np.arange(2), np.array([0]))
+    peak = 0.9 / AREA
+    for left_out, limit in (
+        (LeftOut(most=4e-4), 4e-4),
+        (LeftOut(most=4e-4, seen=0.2), 0.2),
+        (LeftOut(most=4e-4, level=0.3 * peak), 0.09),
+        (LeftOut(most=0.2, level=0.01 * peak), 0.001),
+    ):
+        assert limits(readings._replace(left_out=left_out)) == pytest.approx({"ring": limit})
+    cut = limits(readings._replace(left_out=LeftOut(level=0.3 * peak)), threshold=Threshold(100.0))
+    assert cut["ring"] == pytest.approx(0.001), "the part of the threshold is that of the rim"
+    offset = limits(readings._replace(left_out=LeftOut(most=0.0, offset=200.0)))
+    assert offset == pytest.approx({"offset_drift": 400 * AREA})
+    deep = propagate_uncertainty(
+        SensorUncertainty(depth=0.002), readings._replace(left_out=LeftOut(most=3e-6)), np.zeros(2)
+    )
+    assert deep.limits["ring"] == pytest.approx(math.hypot(3e-6, 4e-6))
 
 
 def test_coarse_pad_alone_is_more_uncertain():

@@ -139,6 +139,31 @@ def test_reading_that_is_missing_at_the_peak_is_estimated_as_that_of_a_broken_ta
     (known,) = pipeline.read(1, 0.01, bar().home, read)
     assert contact.force == known.force > np.nansum(read * SKIN.areas) > 0
     assert contact.force_parts["dead_taxels"] == known.force_parts["dead_taxels"] > 0
+    (found,) = ContactPipeline(bar(), MAP, SensorEffects()).read(1, 0.01, bar().home, read)
+    assert (found.force, found.force_parts) == (known.force, known.force_parts)
+
+
+def test_pipeline_follows_which_taxels_did_not_report():
+    even = np.full(len(SKIN), 5e3)
+    (other, *ring) = neighbours(HOLE)
+    pipeline = ContactPipeline(bar(), MAP, SensorEffects())
+    pipeline.set_broken_taxels(broken(other))
+    frames = (
+        without(even, other),
+        without(even, HOLE, value=np.nan),
+        without(even, HOLE, *ring, value=np.nan),
+        without(even, other),
+    )
+    found = []
+    for tick, read in enumerate(frames):
+        (region,) = pipeline.read(tick, 0.01 * tick, bar().home, read)
+        blind = [area.taxels.tolist() for area in pipeline.blind]
+        found.append((region.force, region.force_parts["dead_taxels"], blind))
+    assert found[3] == found[0]
+    assert found[0][0] == found[1][0] == pytest.approx(even @ SKIN.areas)
+    assert found[1][1] > found[0][1] > 0, "a broken taxel and a missing one"
+    assert found[2][0] == pytest.approx(even @ SKIN.areas - 5e3 * SKIN.areas[HOLE])
+    assert [blind for _, _, blind in found] == [[], [], [[HOLE]], []], "without a working neighbour"
 
 
 def test_readings_that_cannot_be_estimated_are_rejected_with_the_taxel_and_the_remedy():

@@ -16,7 +16,7 @@ import numpy as np
 
 from tactile_maps.contacts.detection.centre_of_pressure import SensorUncertainty
 from tactile_maps.contacts.detection.detection import TOUCH_THRESHOLD, ContactDetector
-from tactile_maps.contacts.detection.filled_readings import BlindArea, FilledReadings, TaxelFill
+from tactile_maps.contacts.detection.filled_readings import BlindArea, FilledReadings, MissingReadings
 from tactile_maps.contacts.detection.image_centre import BACK_PROJECTIONS, PIXELS, BackProjection, CentreSettings
 from tactile_maps.contacts.detection.regions import ContactRegion
 from tactile_maps.contacts.detection.shear_estimation import ShearEstimator
@@ -35,7 +35,7 @@ from tactile_maps.maps.model.interpolation import INTERPOLATIONS
 from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.robots.kinematics import Configuration
 from tactile_maps.robots.model.robot import Robot
-from tactile_maps.skin.model.skin import Skin, number_ranges
+from tactile_maps.skin.model.skin import number_ranges
 from tactile_maps.tactile.mechanics.receptive_field import pad_displacements
 from tactile_maps.tactile.sensors.sensor_effects import SensorEffects
 
@@ -210,8 +210,7 @@ class ContactPipeline:
         )
         self._self_touch = SelfTouchMatcher()
         self._events = EventDetector()
-        self._fill: TaxelFill | None = None
-        self._filled: tuple[FloatArray, FilledReadings] | None = None
+        self._missing = MissingReadings(map_.skin)
         self.set_sensor_model(sensor)
         # Self-touch needs skin on two links.
         several = len({patch.link for patch in map_.skin.patches}) > 1
@@ -231,7 +230,7 @@ class ContactPipeline:
         self._settings = settings
         self._detector.separates = settings.close_contacts == "separate"
         self._detector.threshold = settings.thresholds_for(self._detector.errors)
-        self._filled = None
+        self._missing.forget()
         if settings.centre != self._detector.centre:
             self._detector.centre = settings.centre
 
@@ -273,7 +272,7 @@ class ContactPipeline:
             errors = replace(errors, displaced=pad_displacements(self._skin, sensor.area_averaging.radius))
         self._detector.errors = replace(errors, depth=self._depth) if model == "half-space" else errors
         self._detector.threshold = self._settings.thresholds_for(self._detector.errors)
-        self._filled = None
+        self._missing.forget()
         gaps = sensor.area_averaging is not None or sensor.dead_taxels is not None
         self._detector.wait(period=1 / sensor.sampling.rate if sensor.sampling else 0.0, gaps=gaps)
 
@@ -281,35 +280,22 @@ class ContactPipeline:
         """Use the measured noise of each taxel for thresholds and error bars from now on; None for unknown noise."""
         self._detector.errors = SensorUncertainty.measured(noise)
         self._detector.threshold = self._settings.thresholds_for(self._detector.errors)
-        self._filled = None
+        self._missing.forget()
 
     def set_broken_taxels(self, broken: BoolArray) -> None:
         """Estimate the readings of these ``broken`` (taxels,) from their neighbours from now on; see ``TaxelFill``."""
-        known = self._fill
-        if known is None or not np.array_equal(known.broken, broken):
-            self._fill = TaxelFill(self._skin, broken) if broken.any() or known is not None else None
-            self._filled = None
+        self._missing.set_broken(broken)
 
     @property
     def blind(self) -> tuple[BlindArea, ...]:
-        """Areas of broken taxels whose readings cannot be estimated."""
-        known = self._fill
-        return () if known is None or self._settings.broken_taxels == "as-read" else known.blind
+        """Areas of taxels that are broken, or did not report at the last tick, whose readings cannot be estimated."""
+        return () if self._settings.broken_taxels == "as-read" else self._missing.blind
 
     def _estimated(self, pressures: FloatArray) -> FilledReadings | None:
-        """Return the readings with estimates for broken taxels; None where none is known or none is requested.
-
-        A reading that cannot change is estimated once: a slow skin repeats it from tick to tick.
-        """
-        if self._fill is None or self._settings.broken_taxels == "as-read":
+        """Return the readings with estimates; None where none is needed or none is requested."""
+        if self._settings.broken_taxels == "as-read":
             return None
-        known = self._filled
-        if known is None or known[0] is not pressures or pressures.flags.writeable:
-            errors = self._detector.errors
-            noise = errors.noise if errors.taxels is None else errors.taxels.sd
-            filled = self._fill.fill(pressures, threshold=self._detector.threshold, noise=noise)
-            known = self._filled = (pressures, filled)
-        return known[1]
+        return _with_estimates(self._missing, pressures, self._detector)
 
     def use_units(self, units: ReadingUnits) -> None:
         """Set the units of readings: without a unit of force, events have no forces."""
@@ -340,7 +326,9 @@ class ContactPipeline:
             tick: Tick of the frame, increasing.
             time: Its time [s].
             posture: (joints,) posture of the robot.
-            pressures: (taxels,) readings [Pa]; None without a simulated skin, which counts as untouched.
+            pressures: (taxels,) readings [Pa]; None without a simulated skin, which counts as untouched. NaN for a
+                taxel that did not report, whose reading is estimated from its neighbours. Without an estimate
+                (``blind`` areas, or ``as-read``), it and infinite readings count as unpressed.
             wrenches: Contact wrench on each link: (6,) force [N] and torque [N m] about its origin, in its frame.
                 Required if ``needs_wrenches``.
             shear: (taxels, 2) tractions along t1 and t2 of each taxel [Pa]; None for a skin that measures one axis.
@@ -351,6 +339,8 @@ class ContactPipeline:
         pressures = self._nothing if pressures is None else pressures
         filled = self._estimated(pressures)
         pressures = pressures if filled is None else filled.pressures
+        if not np.isfinite(pressures).all():
+            pressures = np.where(np.isfinite(pressures), pressures, 0.0)
         regions = self._detector.read(pressures, time=time, estimated=None if filled is None else filled.sd)
         regions, self.estimates = self._forces.read(
             regions, pressures, self._detector.errors_now, wrenches, awaited=self._detector.may_return(time)
@@ -433,32 +423,30 @@ def read_contacts(
     errors = errors or SensorUncertainty()
     detector = ContactDetector(map_, threshold=settings.thresholds_for(errors), errors=errors)
     forces = RegionForceEstimator(map_, estimator=estimator, depth=depth)
-    estimated = None
-    if not np.isfinite(pressures).all():
-        pressures, estimated = _with_estimates(map_.skin, pressures, detector)
-    return forces.read(detector.read(pressures, estimated=estimated), pressures, errors)[0]
-
-
-def _with_estimates(skin: Skin, pressures: FloatArray, detector: ContactDetector) -> FilledReadings:
-    """Return the readings with estimates for taxels that did not report (NaN).
-
-    Raises:
-        MapError: A pressure is infinite, or a taxel that did not report cannot be estimated.
-    """
     infinite = np.flatnonzero(np.isinf(pressures))
     if len(infinite):
         place = f"taxel {infinite[0]}"
         remedy = "Use NaN for a taxel that did not report"
         raise MapError("a pressure is infinite", place=place, value=pressures[infinite[0]], remedy=remedy)
-    fill = TaxelFill(skin, np.isnan(pressures))
-    if fill.blind:
-        area = fill.blind[0]
+    missing = MissingReadings(map_.skin)
+    filled = _with_estimates(missing, pressures, detector)
+    if missing.blind:
+        area = missing.blind[0]
         raise MapError(
             "taxels that did not report have too few neighbours for an estimate",
             place=f"on {area.link}",
             value=f"taxels {number_ranges(area.taxels)}",
             remedy="Read the skin again, or use 0 for taxels that count as untouched",
         )
+    if filled is None:
+        return forces.read(detector.read(pressures), pressures, errors)[0]
+    return forces.read(detector.read(filled.pressures, estimated=filled.sd), filled.pressures, errors)[0]
+
+
+def _with_estimates(
+    missing: MissingReadings, pressures: FloatArray, detector: ContactDetector
+) -> FilledReadings | None:
+    """Return the readings with estimates for ``missing`` ones, with threshold and noise of the ``detector``."""
     errors = detector.errors
     noise = errors.noise if errors.taxels is None else errors.taxels.sd
-    return fill.fill(pressures, threshold=detector.threshold, noise=noise)
+    return missing.fill(pressures, threshold=detector.threshold, noise=noise)

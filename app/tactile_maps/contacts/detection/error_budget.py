@@ -21,7 +21,7 @@ contact model is half-space, and the area A of all taxels, the half-widths of th
                                          (``filled_readings``); where broken taxels are unknown
                                          (dead sum f_i² + dead² F²)^½, for stuck ones with their own force
     sampling, time averaging             1 and 2 lag |dF / dt|, the largest of the last samples
-    ring                                 0 and r³ / F²: the force beyond the ring
+    ring                                 0 and the force beyond the contact, see below
     contact model                        0.019 F and 0.044 F for foundation, whose taxels read along their own normals;
                                          infinite for depth, see below
 
@@ -58,15 +58,29 @@ paraboloid with a peak of q times the limit they lose (q - 1) / 2 at A_s, and n_
 than the widest expected contact (16 mm) loses less, by the ratio of the areas. One that bears a force as a point
 (``point``) loses 1.4 times as much.
 
-Crosstalk has no part: the force that it passes beyond the ring is known and added (``ContactDetector``). The ring's own
-force r is what the touched taxels do not give to it by crosstalk. One touched taxel gives g = share F / (1 - share) for
-a reading F, all of it to the ring; n_t of them give g / n_t^½. The ring is reached by the rim of a contact rather than
-by a tail, so that beyond it is at most the ratio q = r / F again: F q q².
+Crosstalk has no part: the force that it passes beyond the ring is known and added (``ContactDetector``).
+
+Pressed taxels that are connected to the ring are part of the contact. What is left out is next to it: taxels that read
+less than noise, drift, creep and sensor threshold (``unpressed_readings``), at most as much on each taxel of the row
+around the contact (``LeftOut.most``). Without these effects nothing is left out, tails of half-space stress included.
+
+A contact is expected to have less beyond the ring. The ring's own force r is what the touched taxels do not give to it
+by crosstalk. One touched taxel gives g = share F / (1 - share) for a reading F, all of it to the ring; n_t of them give
+g / n_t^½. The ring is reached by the rim of a contact rather than by a tail, so that beyond it is at most the ratio
+q = r / F again: F q q². Flat objects have more. Where the taxels of the row together read a force that noise does not
+explain (``LeftOut.seen``), the part is at least that. A flat object on an inclined support presses with a pressure that
+falls linearly from its peak, so that the share (level / peak)² of its force is on taxels that read less than
+``LeftOut.level``: the part is at least that. With a peak of several times the level it is small.
 
 With half-space, stress has tails: beyond a radius R passes s = (1 + R² / d²)^-1.5 of a point's force (Boussinesq), with
-A = pi R². The model itself follows tails up to s = 0.01, so that beyond the ring are 0.5 and 1 times s / 0.01 s F. Dark
-taxels around a contact each lose tails of 0.32 d / a^½ of the threshold, or of a step of the converter (once for 68 %,
-twice for 95 %), by the development set.
+A = pi R². The model itself follows tails up to s = 0.01, so that beyond the contact are 0.5 and 1 times s / 0.01 s F.
+Far tails fall like r^-5: beyond R is the share (1 + h / R)^-3 of it beyond the row of width h, which is less than a
+quarter for R < 1.7 h (the touched taxels and their ring, R > 1.5 h), so that s / 0.01 s F is at most 4/3 of
+``LeftOut.most``. Dark taxels around a contact each lose tails of 0.32 d / a^½ of the threshold, or of a step of the
+converter (once for 68 %, twice for 95 %), by the development set.
+
+Where the noise is not stated, it is estimated from the other taxels, with an offset that all of them read
+(``unpressed_readings``). The offset times A is the part ``offset_drift``, with full size.
 
 Pads sample the pressure on a lattice. By Poisson's summation formula the error of the sum is the spectrum of the
 pressure at the reciprocal lattice, 4 pi / (3^½ h) for six vectors of a hexagonal one (Petersen and Middleton 1962),
@@ -154,6 +168,8 @@ _LONG = 1.3, 2.0
 """Multiples of that above which a contact is in part, and as a whole, counted as a line."""
 _ALIKE = 0.8
 """Mean product of two errors that have the same sign, per product of their uncertainties."""
+_FURTHER = 4 / 3
+"""Force of a tail beyond a contact, per force on the row of taxels around the contact; see the module."""
 _OF_NOISE = 2 * _SMOOTHING**2 / (2 - _SMOOTHING)
 """Variance of a rate that is due to noise, per variance of the noise over the squared period."""
 
@@ -193,6 +209,22 @@ class Widths(NamedTuple):
         return cls(deviation, 2 * deviation)
 
 
+class LeftOut(NamedTuple):
+    """Force on the row of taxels around a contact, which are no part of it, and what all taxels read in excess.
+
+    Attributes:
+        most: Force that would be noticed on each of them [N]; infinite where none is.
+        seen: Force that they read together [N]; 0 if it may be noise.
+        level: Reading that would be noticed [Pa]; 0 where none is known.
+        offset: Reading without pressure [Pa], where the noise is not stated.
+    """
+
+    most: float = math.inf
+    seen: float = 0.0
+    level: float = 0.0
+    offset: float = 0.0
+
+
 class Readings(NamedTuple):
     """Readings of the taxels of one contact.
 
@@ -201,17 +233,17 @@ class Readings(NamedTuple):
         areas: (k,) [m²].
         taxels: (k,) their numbers.
         inside: (c,) indices of the touched ones.
+        left_out: Force next to the contact.
         estimated: (k,) standard uncertainties of the forces on broken taxels, which are estimated, 0 for others [N];
             None where broken taxels are unknown.
-        faint: Reading [Pa] below which taxels around the contact are left out; None where all beyond the ring are.
     """
 
     forces: FloatArray
     areas: FloatArray
     taxels: IntArray
     inside: IntArray
+    left_out: LeftOut = LeftOut()
     estimated: FloatArray | None = None
-    faint: float | None = None
 
 
 class Motion(NamedTuple):
@@ -459,11 +491,14 @@ def _add_systematic(
         place += effects.dead_taxels.dead * dot(forces * forces, squared)
     rounded = tails * effects.quantisation.step if effects.quantisation and not effects.threshold else 0.0
     tail = (1 + float(areas.sum()) / (math.pi * errors.depth**2)) ** -1.5 if errors.depth else 0.0
-    outside = min(tail / TAIL_SHARE, 1.0) * tail * total
-    rim = max(ring, 0.0) ** 3 / total**2
-    if readings.faint is not None:
-        rim = min(rim, readings.faint * float(areas.sum() - areas.take(inside).sum()))
-    beyond = math.hypot(rim, outside, 2 * rounded)
+    most, seen, level, offset = readings.left_out
+    outside = min(min(tail / TAIL_SHARE, 1.0) * tail * total, _FURTHER * most)
+    rim = min(max(ring, 0.0) ** 3 / total**2, most)
+    inclined = 0.0 if effects.threshold else total * min(level / float(pressures.max()), 1.0) ** 2
+    beyond = max(math.hypot(rim, outside, 2 * rounded), seen, inclined)
+    if offset:
+        excess = offset * float(areas.sum())
+        widths["offset_drift"] = Widths(excess, excess)
     if beyond > 0:
         widths["ring"] = Widths(math.hypot(0.5 * outside, rounded), beyond)
     return place

@@ -1,18 +1,22 @@
-"""Readings of known broken taxels, estimated from the working taxels next to them.
+"""Readings of broken taxels, estimated from the working taxels next to them.
 
-A broken taxel reads nothing, or always the same value. Its reading is replaced by the mean pressure of its working
-neighbours, which is exact where the pressure is even. Neighbours belong to one patch, so nothing is estimated across
-patches.
+A known broken taxel reads nothing, or always the same value; a reading of NaN did not arrive. Such a reading is
+replaced by the mean pressure of its working neighbours, which is exact where the pressure is even. Neighbours belong to
+one patch, so nothing is estimated across patches.
 
 The readings do not determine how much presses a hole that is as large as a contact: a small contact on the hole presses
 it more than the mean, a contact next to it less. The stated standard uncertainty is therefore a share of the largest
 pressure next to the hole (``_UNCERTAINTY``). A contact on broken taxels alone is not estimated.
 
 Broken taxels with fewer than two working neighbours are blind: they keep what they read. ``BlindArea`` names them.
+
+``TaxelFill`` estimates one set of broken taxels. ``MissingReadings`` follows the set: broken taxels that are known, and
+those that did not report in the present frame.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -146,3 +150,62 @@ class TaxelFill:
             BlindArea(self._skin.patches[int(self._skin.patch_of[area[0]])].link, area, float(self._areas[area].sum()))
             for area in areas
         )
+
+
+class MissingReadings:
+    """Estimates the readings of known broken taxels and of those that did not report (NaN). Mutable.
+
+    Args:
+        skin: The skin.
+
+    Cost: 1 µs while all taxels report and none is broken; 0.2 ms for 1000 taxels when other taxels are missing.
+    """
+
+    def __init__(self, skin: Skin) -> None:
+        self._broken = np.zeros(len(skin), dtype=np.bool_)
+        self._skin = skin
+        self._fill: TaxelFill | None = None
+        self._last: tuple[FloatArray, FilledReadings] | None = None
+
+    def set_broken(self, broken: BoolArray) -> None:
+        """Estimate these ``broken`` (taxels,) from now on, whatever they read."""
+        self._broken = readonly(broken, np.bool_)
+        self._use(self._broken)
+
+    def forget(self) -> None:
+        """Forget the last estimates, because threshold or noise changed."""
+        self._last = None
+
+    @property
+    def blind(self) -> tuple[BlindArea, ...]:
+        """Areas that cannot be estimated, at the last frame."""
+        return () if self._fill is None else self._fill.blind
+
+    def fill(
+        self, pressures: FloatArray, *, threshold: float | FloatArray, noise: float | FloatArray
+    ) -> FilledReadings | None:
+        """Return the readings with estimates; None where none is needed.
+
+        A reading that cannot change is estimated once: a slow skin repeats it from tick to tick.
+
+        Args:
+            pressures: (taxels,) what the taxels read [Pa]; NaN where none arrived.
+            threshold: Pressure from which a taxel counts as touched [Pa]; one for all, or (taxels,).
+            noise: Standard deviation of a reading [Pa]; one for all, or (taxels,).
+        """
+        known = self._last
+        if known is not None and known[0] is pressures and not pressures.flags.writeable:
+            return known[1]
+        missing = np.isnan(pressures) if math.isnan(float(pressures.sum())) else None
+        self._use(self._broken if missing is None else self._broken | missing)
+        if self._fill is None:
+            return None
+        filled = self._fill.fill(pressures, threshold=threshold, noise=noise)
+        self._last = (pressures, filled)
+        return filled
+
+    def _use(self, broken: BoolArray) -> None:
+        known = self._fill
+        if known is None or not np.array_equal(known.broken, broken):
+            self._fill = TaxelFill(self._skin, broken) if broken.any() or known is not None else None
+            self._last = None
