@@ -101,6 +101,7 @@ def connect(window, folder):
     dialog.address.setText(str(folder / "readings.csv"))
     dialog.go.click()
     assert window.live.live_input is not None
+    assert "Try:" not in window.statusBar().currentMessage(), "a real skin has no suggestion of a scene"
     run(window, 0.05)
 
 

@@ -49,8 +49,10 @@ def test_recording_is_shown_in_the_defined_order(window, trace, qtbot, tmp_path)
     with qtbot.waitSignal(window.live.replay.player_changed, timeout=60_000):
         window.live.open_recording(tmp_path / "a.mcap")
     assert trace == ORDER
+    assert "Try:" not in window.statusBar().currentMessage()
     window.live.replay.leave()
     assert trace == ORDER * 2
+    assert "Try: Press the skin" in window.statusBar().currentMessage()
     assert window.map_view.picture.document is window.editor.document, "the map that is edited is back"
 
 

@@ -75,6 +75,8 @@ class ScenePresenter(Presenter):
         if prepared.robot.findings or prepared.skin.findings or prepared.findings:
             count = len(findings_of(prepared))
             context.notifier.status(f"{count} finding{'s' * (count > 1)}; see the panel Findings", _FINDINGS_MS)
+        elif not self._session.simulating:
+            context.notifier.status("")  # the introduction of a scene suggests what a recording or real skin cannot do
         elif prepared.scene.description:
             context.notifier.introduce(prepared.scene.description, prepared.scene.suggestion)
         self._report_plugins()
