@@ -17,6 +17,10 @@ import numpy as np
 window = open_window()
 
 def ready():
+    window.live.recording.start(FOLDER / "poked.mcap")
+    QTimer.singleShot(500, locate)  # the row of the timeline makes the views lower
+
+def locate():
     view, skin = window.robot_view, window.live.prepared.skin
     for taxel in range(len(skin)):
         at = skin.taxel_point(taxel)
@@ -27,7 +31,6 @@ def ready():
             break
     body = view.mapToGlobal(pixel)
     flat = window.map_view.viewport().mapToGlobal(window.map_view.pixel_of(at).toPoint())
-    window.live.recording.start(FOLDER / "poked.mcap")
     write("places.json", {"taxel": taxel, "body": [body.x(), body.y()], "map": [flat.x(), flat.y()]})
 
 live(window, ready)
