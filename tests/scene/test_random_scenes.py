@@ -29,6 +29,13 @@ def test_values_beyond_bounds_are_reported(seed):
     assert unreported(outcome) == []
 
 
+def test_light_objects_are_not_thrown_out_of_the_cover():
+    """Objects of 6 and 12 mg at 16 kN/m and 0.5 ms: they left at 86 m/s when their contact had the stated stiffness."""
+    outcome = play(random_scene(64))
+    assert "note softer" in outcome.reported
+    assert outcome.speed < 5
+
+
 def test_scene_of_a_seed_is_repeatable_and_reads_back():
     assert random_scene(7) == random_scene(7) != random_scene(8)
     for seed in range(20):

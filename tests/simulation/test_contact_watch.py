@@ -105,31 +105,27 @@ def rebound(simulation: Simulation) -> float:
     return float(simulation._data.qvel[0]) / 0.5
 
 
-def test_body_thrown_out_by_a_contact_too_stiff_for_its_mass_is_noted_with_its_speed():
-    """An unstable contact gives a light body speed without much force: 5 mg are thrown out at more than 50 m/s."""
-    simulation = thrown(5e-6)
+def test_body_faster_than_any_robot_moves_things_is_noted_with_its_speed():
+    simulation = on_the_bar(-0.01, mass=1.0, timestep=0.0001, gravity="off")
+    simulation._data.qvel[0] = 1.2 * FASTEST
+    simulation._physics.forward()
     (note,) = (note for note in notes(simulation, 20) if note.kind is ContactNoteKind.FAST)
     assert note.bodies == ("sphere",)
-    assert note.speed == pytest.approx(simulation._data.qvel[0], rel=1e-6)
-    assert note.speed > FASTEST
+    assert note.speed == pytest.approx(1.2 * FASTEST, rel=1e-6)
     assert contact_note_text(note).startswith(f"sphere moves at {note.speed:.3g} m/s; ")
 
 
+@pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("gap", [0.00001, 0.00017, 0.00033, 0.00049])
-def test_bodies_of_the_stated_mass_rebound_no_faster_than_they_came(gap):
-    """From K h^2 on a contact gives no energy, at whatever depth it is found; unstable ones are noted."""
+def test_bodies_rebound_no_faster_than_they_came(gap, integrator):
+    """A contact gives no energy, at whatever depth it is found: free bodies lighter than K h^2 touch softer."""
     least = 2e4 * 0.001**2
     for mass in (least, 1.5 * least, 30.0 * least):
-        simulation = thrown(mass, gap=gap)
-        assert all(note.kind is not ContactNoteKind.UNSTABLE for note in simulation.notes)
+        simulation = thrown(mass, gap=gap, integrator=integrator)
+        assert simulation.notes == ()
         assert abs(rebound(simulation)) < 1
-    light = thrown(0.7 * least, gap=gap)
-    assert any(note.kind is ContactNoteKind.UNSTABLE for note in light.notes)
+    for mass in (0.9 * least, 0.1 * least, 1e-3 * least, 5e-5 * least):
+        light = thrown(mass, gap=gap, integrator=integrator)
+        assert any(note.kind is ContactNoteKind.SOFTER for note in light.notes)
+        assert abs(rebound(light)) < 1
     assert abs(rebound(thrown(1e-6, gap=gap, integrator="discrete"))) < 1
-
-
-def test_a_reset_forgets_what_touched():
-    simulation = on_the_bar(0.015, mass=1.0)
-    assert notes(simulation, 2)
-    simulation.reset()
-    assert all(note.kind is not ContactNoteKind.DEEP for note in simulation.notes)

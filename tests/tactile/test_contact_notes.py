@@ -1,5 +1,7 @@
 """Every kind of note has words of its own, with what it is about and what to do."""
 
+from dataclasses import replace
+
 import pytest
 
 from tactile_maps.tactile.mechanics.contact_notes import (
@@ -30,6 +32,9 @@ def test_a_stiff_contact_says_what_the_time_step_bears():
     text = contact_note_text(note)
     assert text.startswith("ball and hand may be unstable: 1e+05 N/m is too stiff")
     assert "at most 2.5e+04 N/m or 0.5 ms" in text
+    softer = contact_note_text(replace(note, kind=ContactNoteKind.SOFTER))
+    assert softer.startswith("ball and hand touch with 2.5e+04 N/m instead of 1e+05 N/m, as much as the time step")
+    assert softer.endswith("use at most 0.5 ms, or the integrator discrete")
 
 
 def test_notes_state_depth_force_and_longest_step():

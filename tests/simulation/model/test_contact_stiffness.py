@@ -37,7 +37,8 @@ def test_the_numbers_of_a_pair_are_those_of_the_formula():
     assert -model.pair_solreffriction[0, 1] / SOLVER_IMPEDANCE == pytest.approx(0.5 / model.opt.timestep)
 
 
-def test_contact_too_stiff_for_the_step_is_noted_with_a_remedy():
+def test_free_object_too_light_for_the_step_touches_softer_and_is_noted_with_a_remedy():
+    """Its stiffness is that of a mass of K h^2; with the longest step of the note the stated stiffness is kept."""
     light = thing("sphere", at=(5.0, 0.0, 5.0), mass=0.002)
     soft = ElasticLayer(stiffness=1e3)
     stiff = ElasticLayer(stiffness=1e5)
@@ -45,9 +46,13 @@ def test_contact_too_stiff_for_the_step_is_noted_with_a_remedy():
     assert unstable_contacts(assemble(bar(), bar_skin(), effects, objects=(light,), layer=soft), soft) == ()
     model = assemble(bar(), bar_skin(), effects, objects=(light,), layer=stiff)
     (note,) = unstable_contacts(model, stiff)
-    assert (note.kind, note.bodies) == (ContactNoteKind.UNSTABLE, ("bar", "sphere"))
-    assert "bar and sphere may be unstable" in contact_note_text(note)
-    assert "discrete" in contact_note_text(note)
+    assert (note.kind, note.bodies) == (ContactNoteKind.SOFTER, ("bar", "sphere"))
+    assert "bar and sphere touch with 2e+03 N/m instead of 1e+05 N/m" in contact_note_text(note)
+    mobility = model.body("bar").invweight0[0] + model.body("tactile-maps/object sphere").invweight0[0]
+    assert note.max_stiffness == pytest.approx(1 / (mobility * effects.timestep**2))
+    assert -model.pair_solref[0, 0] == pytest.approx((1 - SOLVER_IMPEDANCE) * mobility * note.max_stiffness)
+    shorter = replace(effects, timestep=0.999 * note.max_timestep)
+    assert unstable_contacts(assemble(bar(), bar_skin(), shorter, objects=(light,), layer=stiff), stiff) == ()
     discrete = assemble(bar(), bar_skin(), replace(effects, integrator="discrete"), objects=(light,), layer=stiff)
     assert unstable_contacts(discrete, stiff) == ()
 

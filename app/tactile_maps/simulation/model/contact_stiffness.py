@@ -27,7 +27,7 @@ import numpy as np
 
 from tactile_maps.core.arrays import FloatArray
 from tactile_maps.simulation.model.contact_points import centre_on_cap, centre_on_side, correct_normal
-from tactile_maps.simulation.model.model_names import is_hull, plain_name
+from tactile_maps.simulation.model.model_names import is_hull, is_object, plain_name
 from tactile_maps.simulation.model.piece_contacts import PieceContacts, piece_groups, shared_counts
 from tactile_maps.skin.link_pieces import piece_number
 from tactile_maps.tactile.mechanics.contact_notes import ContactNote, ContactNoteKind
@@ -65,12 +65,19 @@ a contact, is unstable from  h^2 k + 4 h sqrt(k) = 4  on. Measured on our arm, U
 0.98 to 1.00 of it (Euler once 0.82, where a servo becomes unstable first).
 """
 
+_NO_BOUNCE = math.sqrt(0.5)
+"""Largest  h sqrt(k)  with which a free body leaves the cover no faster than it came: its mass is at least K h^2.
+
+A contact is found up to a step too late, and its spring then has energy that nothing put into it.
+"""
+
 
 class ContactSharing:
     """Keeps every pair of skin and something else at the stiffness of the cover, in one compiled model.
 
     The model's pairs are set once. ``apply`` then works on the constraints of one step, between ``mj_step1`` and
-    ``mj_step2``; it has no memory. Two skins in series have half the stiffness.
+    ``mj_step2``; it has no memory. Two skins in series have half the stiffness. A free object that is lighter than
+    K h^2 touches with the stiffness at which it is not, so that the cover does not throw it out.
 
     The integrator ``discrete`` solves for the end of the step and builds its constraints again in ``mj_step2``, from
     the parameters of each contact. Its solver weighs bodies together with their servos and dampers, in contact with a
@@ -93,11 +100,10 @@ class ContactSharing:
         ]
         self._pairs = {geoms: pair for pair, geoms in enumerate(_geoms(model))}
         self._pairs |= {geoms[::-1]: pair for geoms, pair in self._pairs.items()}
-        self._stiffness = [layer.stiffness / _skins(model, geoms) for geoms in _geoms(model)]
+        self._stiffness = [_stiffness(model, layer, geoms) for geoms in _geoms(model)]
         self._exact = [any(int(model.geom_type[geom]) in _ROUND for geom in geoms) for geoms in _geoms(model)]
-        weight = model.body_invweight0[:, 0]
         for pair, geoms in enumerate(_geoms(model)):
-            mobility = max(sum(float(weight[model.geom_bodyid[geom]]) for geom in geoms), 1e-9)
+            mobility = max(_mobility(model, geoms), 1e-9)
             k = self._stiffness[pair] * (1 - SOLVER_IMPEDANCE) * mobility
             model.pair_solref[pair] = -k, -2 * math.sqrt(k)
             if model.pair_dim[pair] > 1:
@@ -243,27 +249,60 @@ def stable_timesteps(model: mujoco.MjModel, layer: ElasticLayer) -> Mapping[tupl
         return {}
     found = {}
     for geoms in _geoms(model):
-        first, second = geoms
-        mobility = sum(float(model.body_invweight0[model.geom_bodyid[geom], 0]) for geom in geoms)
-        k = layer.stiffness / _skins(model, geoms) * (1 - SOLVER_IMPEDANCE) * mobility
-        names = plain_name(model.geom(first).name), plain_name(model.geom(second).name)
+        k = layer.stiffness / _skins(model, geoms) * (1 - SOLVER_IMPEDANCE) * _mobility(model, geoms)
+        names = _names(model, geoms)
         found[names] = _SEMI_IMPLICIT / math.sqrt(k) if k > 0 else math.inf
     return found
 
 
 def unstable_contacts(model: mujoco.MjModel, layer: ElasticLayer) -> tuple[ContactNote, ...]:
-    """Return notes on contacts of the skin that are too stiff for the time step.
+    """Return notes on contacts of the skin that are too stiff for the time step, and on those made softer for it.
 
     Args:
         model: The compiled model.
         layer: The skin's cover.
     """
     step = model.opt.timestep
-    return tuple(
-        ContactNote(ContactNoteKind.UNSTABLE, names, layer.stiffness, layer.stiffness * (longest / step) ** 2, longest)
-        for names, longest in stable_timesteps(model, layer).items()
-        if step > longest
-    )
+    notes = {}
+    for geoms in _geoms(model):
+        stated = layer.stiffness / _skins(model, geoms)
+        used = _stiffness(model, layer, geoms)
+        if used < stated:
+            names = _names(model, geoms)
+            longest = step * math.sqrt(used / stated)
+            notes[names] = ContactNote(ContactNoteKind.SOFTER, names, stated, used, longest)
+    for names, longest in stable_timesteps(model, layer).items():
+        if step > longest and names not in notes:
+            most = layer.stiffness * (longest / step) ** 2
+            notes[names] = ContactNote(ContactNoteKind.UNSTABLE, names, layer.stiffness, most, longest)
+    return tuple(notes.values())
+
+
+def _stiffness(model: mujoco.MjModel, layer: ElasticLayer, geoms: tuple[int, int]) -> float:
+    """Return the stiffness of a contact [N/m]: that of the cover, or less for a free object lighter than K h^2."""
+    stated = layer.stiffness / _skins(model, geoms)
+    if model.opt.integrator == mujoco.mjtIntegrator.mjINT_DISCRETE or not any(_is_free(model, geom) for geom in geoms):
+        return stated
+    k = (_NO_BOUNCE / model.opt.timestep) ** 2
+    return float(min(stated, k / ((1 - SOLVER_IMPEDANCE) * max(_mobility(model, geoms), 1e-9))))
+
+
+def _mobility(model: mujoco.MjModel, geoms: tuple[int, int]) -> float:
+    """Return the nominal inverse mass of a pair [1/kg]."""
+    return sum(float(model.body_invweight0[model.geom_bodyid[geom], 0]) for geom in geoms)
+
+
+def _is_free(model: mujoco.MjModel, geom: int) -> bool:
+    """Whether a geom belongs to an object that moves without motor and spring."""
+    body = int(model.geom_bodyid[geom])
+    joints = np.flatnonzero(model.jnt_bodyid == body)
+    held = model.jnt_stiffness[joints].any() or np.isin(joints, model.actuator_trnid[:, 0]).any()
+    return is_object(model.geom(geom).name) and joints.size > 0 and not held
+
+
+def _names(model: mujoco.MjModel, geoms: tuple[int, int]) -> tuple[str, str]:
+    first, second = geoms
+    return plain_name(model.geom(first).name), plain_name(model.geom(second).name)
 
 
 def _skins(model: mujoco.MjModel, geoms: tuple[int, int]) -> int:

@@ -419,7 +419,7 @@ class _Lab:
         unstable = [
             contact_note_text(note)
             for note in simulation.notes
-            if note.kind in (ContactNoteKind.UNSTABLE, ContactNoteKind.UNSTABLE_SERVO)
+            if note.kind in (ContactNoteKind.UNSTABLE, ContactNoteKind.SOFTER, ContactNoteKind.UNSTABLE_SERVO)
         ]
         readings = [_Reading(name, forces[:, number], np.array(ratios)) for number, name in enumerate(names)]
         return _Run(readings, np.array(poses), self.tick, "; ".join(unstable), outside)

@@ -17,6 +17,8 @@ class ContactNoteKind(Enum):
     """A mesh collides as its convex hull, which is not its surface (the object)."""
     UNSTABLE = "unstable"
     """A contact is too stiff for the time step (both bodies)."""
+    SOFTER = "softer"
+    """A contact is softer than the cover, because the object is too light for the time step (both bodies)."""
     OUTSIDE_SKIN = "outside-skin"
     """A load outside its link's skin is not sensed (what presses, the link)."""
     PARTLY_OUTSIDE = "partly-outside"
@@ -52,8 +54,9 @@ class ContactNote:
     Attributes:
         kind: Kind of the deviation.
         bodies: Names as stated by ``kind``, without a pressing body that has no name.
-        stiffness: Stiffness of a contact that may be unstable [N/m]; None for other kinds, as the next two.
-        max_stiffness: Largest stable stiffness at the time step [N/m].
+        stiffness: Stated stiffness of a contact that may be unstable or is softer [N/m]; None for other kinds, as the
+            next two.
+        max_stiffness: Largest stable stiffness at the time step [N/m]; of a softer contact that of the simulation.
         max_timestep: Largest stable time step at the stiffness [s].
         depth: Depth of one body in the other, or of a mesh's surface in its convex hull [m]; None for other kinds.
         force: Normal force of a contact that presses too hard, or that no taxel reports [N]; None for others.
@@ -119,6 +122,8 @@ def contact_note_text(note: ContactNote) -> str:
             return f"{link} collides as its convex hull{away}"
         case ContactNoteKind.UNSTABLE:
             return f"{' and '.join(note.bodies)} may be unstable{_stiffness_advice(note)}"
+        case ContactNoteKind.SOFTER:
+            return f"{' and '.join(note.bodies)} touch {_softer_text(note)}"
         case ContactNoteKind.OUTSIDE_SKIN:
             return f"{by} presses {link} outside its skin: no reading"
         case ContactNoteKind.PARTLY_OUTSIDE:
@@ -172,4 +177,13 @@ def _stiffness_advice(note: ContactNote) -> str:
     return (
         f": {note.stiffness:.3g} N/m is too stiff for the time step; use at most {note.max_stiffness:.2g} N/m or "
         f"{1e3 * note.max_timestep:.2g} ms, or the integrator discrete"
+    )
+
+
+def _softer_text(note: ContactNote) -> str:
+    if note.stiffness is None or note.max_stiffness is None or note.max_timestep is None:
+        return "with less than the stated stiffness"
+    return (
+        f"with {note.max_stiffness:.2g} N/m instead of {note.stiffness:.3g} N/m, as much as the time step allows for "
+        f"so light a body; use at most {1e3 * note.max_timestep:.2g} ms, or the integrator discrete"
     )
