@@ -58,7 +58,7 @@ def test_every_kind_has_its_own_name_which_begins_its_text():
         (Limit(LimitKind.CONTACT_IMMOBILE, ("base",), value=7.0, bound=3.0), "base, 7.0\u202fN"),
         (
             Limit(LimitKind.PLACE_UNCERTAIN, value=0.0041, bound=0.003),
-            "the contact is located within 4.1\u202fmm, more than 3.0\u202fmm",
+            "one reading locates the contact within 4.1\u202fmm, more than 3.0\u202fmm",
         ),
         (Limit(LimitKind.UNMEASURED_FORCE, ("l_hand",), value=12.4), "l hand, at least 12\u202fN"),
         (Limit(LimitKind.ENERGY_TANK, value=0.9), "0.9\u202fJ"),

@@ -438,7 +438,9 @@ class TaskController(BuiltInController):
             limits.add(Limit(LimitKind.FORCE_RISES))
             self._scheme.reset()
             return np.zeros_like(start)
-        contacts = self._eased(self._led(now, contacts, goals[0].region.map_point, velocity), now.dt)
+        read = self._task_manager.read_point
+        point = goals[0].region.map_point if read is None else read
+        contacts = self._eased(self._led(now, contacts, point, velocity), now.dt)
         # An integral cannot add force where the tank slows the motion down, or where contacts oppose each other.
         free = self.tank.share == 1.0 and not (together and self._relief.unrelieved)
         effective = settings if free else replace(settings, integral_time=inf)

@@ -138,8 +138,8 @@ class LimitKind(Enum):
     PATH_WAITS = "path-waits", "the path waits for the contact"
     PLACE_UNCERTAIN = (
         "place-uncertain",
-        "the skin is too coarse to follow the path closely",
-        "the contact is located within {milli:.1f}\u202fmm, more than {most:.1f}\u202fmm",
+        "the path may be followed inaccurately, since the skin is coarse",
+        "one reading locates the contact within {milli:.1f}\u202fmm, more than {most:.1f}\u202fmm",
     )
     PATH_LEAVES_SKIN = "path-leaves-skin", "the path leaves the skin"
     PATH_REFUSED = "path-refused", "the path cannot be projected onto the skin", "{limit.detail}"

@@ -2,6 +2,7 @@
 
 ``surface_path``        path on the body, divided where it continues on another patch or link
 ``follower``            moves a target along the path and waits for the contact
+``contact_place``       place of a contact between the taxels of a coarse skin
 ``slide_observer``      velocity on the map that is lost in the contact, and its compensation
 ``regrasp``             releases the contact, moves the arm and presses at another place
 ``regrasp_plan``        postures and route of a regrasp, or the reason why none was found

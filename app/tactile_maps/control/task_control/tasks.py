@@ -25,6 +25,7 @@ from tactile_maps.control.motion.limits import Limit, LimitKind, RegraspFailure
 from tactile_maps.control.motion.observation import TaskTick
 from tactile_maps.control.motion.task_priority import ContactGoal, ContactPresence, ShearGoal
 from tactile_maps.control.path_following.clearance import Surroundings, nothing_around
+from tactile_maps.control.path_following.contact_place import ContactPlace
 from tactile_maps.control.path_following.follower import PathFollower, across_borders, over_borders
 from tactile_maps.control.path_following.regrasp import RegraspManager
 from tactile_maps.control.path_following.surface_path import PathCrossing
@@ -66,6 +67,8 @@ class TaskManager:
         follower: Follower of the path.
         regrasp: Manager of regrasps.
         target, error, force_goal, controlled: See ``TaskReport``.
+        read_point: (2,) place on the map at which the contact of a path is read [m], which is not yet estimated between
+            taxels; None for other tasks.
         lost: Whether the task's contact was lost for good, and nothing has touched since.
     """
 
@@ -91,6 +94,8 @@ class TaskManager:
         self.lost = False
         self._off_skin = False
         self._place_error: float | None = None
+        self._contact_place = ContactPlace()
+        self.read_point: FloatArray | None = None
 
     def report(self, tank: EnergyTank) -> TaskReport:
         """Return the progress of the task, with the energy counted by ``tank``."""
@@ -118,6 +123,7 @@ class TaskManager:
         """Return the current goals, the contact of the task first; empty without contacts."""
         self._start_if_new(now)
         self.error = None
+        self.read_point = None
         goals = self._carried(now) if self.regrasp.moves else self._goals(now)
         _report_unmeasured_shear(now)
         self.force_goal = goals[0].force if goals else None
@@ -205,6 +211,8 @@ class TaskManager:
 
     def _on_path(self, now: TaskTick, region: ContactRegion, new: bool) -> ContactGoal:
         follower = self.follower
+        self.read_point = region.map_point
+        region = self._contact_place.look(now, region)
         if follower.lay(now, region):
             self.regrasp.reset()
         elif new:
