@@ -49,7 +49,8 @@ The age of a sample is distributed as well, which covers that.
 Pressure falls to zero at the rim of a contact with a slope of 2 peak / radius (a ball on springs). A taxel of pitch h
 that reaches x < h into the contact reads slope x² / 2 h, so those with x < (2 h at / slope)^½ are below the threshold
 and lose a third of it in the mean, a fifth of its square: m = 2 pi (n_t / pi)^¾ (at / peak)^½ taxels, at most n_d.
-Taxels that are wider than contacts have fewer on the rim: m is at most 15 mm / a^½ (the development set). At that
+Taxels that are wider than contacts have fewer on the rim: for less than three touched taxels m is at most 15 mm / a^½
+(the development set). Three or more are a contact that is wider than its taxels, such as a face or a line. At that
 bound, many contacts lose nothing and others up to the load of one taxel at the threshold: the factors of at a are at
 most 0.5 m - 0.12 and at least 1.3 - 0.23 / m (13 skins with pitches of 9 to 43 mm).
 
@@ -158,6 +159,8 @@ _TURNING = 1.2
 """Change of a force within a tick, per change at the rate that earlier samples show; see the module."""
 _RIM = 0.015
 """Length of the rim of the widest contact that is expected on taxels that are wider than it [m]."""
+_WIDER = 3
+"""Number of touched taxels from which on a contact is wider than its taxels."""
 _ONE_SIDED = ("hysteresis", "threshold", "saturation", "ring", "contact_model")
 """Parts whose true error makes the reading smaller."""
 _LOSSES = ("threshold", "saturation", "ring")
@@ -476,7 +479,7 @@ def _add_systematic(
             place += widths["saturation"].standard ** 2 * float(squared.take(inside)[full].mean() / full.sum())
     if effects.threshold is not None:
         limit = effects.threshold.at
-        wide = _RIM / math.sqrt(area)
+        wide = _RIM / math.sqrt(area) if count < _WIDER else math.inf
         rim = min(_rim_taxels(count, limit / max(float(pressures.max()), limit)), dark, wide)
         usual, most = _rim_losses(rim, wide)
         widths["threshold"] = Widths(limit * (usual * area + tails), limit * (most * area + tails))
