@@ -116,6 +116,8 @@ def test_distant_patch_fits_into_the_view(view, document):
 def test_whole_map_stays_in_view_next_to_the_legend_of_a_base_layer(view, document):
     view.frame_all()
     alone = view.viewportTransform().m11()
+    view.show_document(move(document, [0], (0.004, 0.0)))  # the camera stays during edits
+    view.show_document(document)
     view.set_overlays(replace(at_first(LAYERS), base=BaseLayer.AREA))
     room = QRectF(view.viewport().rect())
     boxes = [box for _, box in view._painter._legends_of(view.marks, view.picture.shapes, room)]

@@ -98,7 +98,10 @@ def _look_alike(views: LinkedViews, other: LinkedViews) -> None:
     """Use the cameras and the selection of other views."""
     if not other.robot.display.framed:
         views.robot.display.look(other.robot.display.actors.viewpoint)
-    views.map.look(other.map.camera)
+    if other.map.camera.framed:
+        views.map.frame_all()  # the legends of a figure have another size, compared with the map
+    else:
+        views.map.look(other.map.camera)
     for part in (views.robot.display, views.map):
         part.set_selection(other.selection.taxels, other.selection.inks)
 

@@ -390,9 +390,9 @@ class MapView(QGraphicsView):
 
     def _frame_again(self) -> None:
         """Keep the whole map in view if it is, next to other legends or in another viewport."""
-        was = self.camera.framed
+        before = self.camera
         self._update_content()
-        if was:
+        if before.framed and self.camera.content != before.content:
             self.frame_all()
 
     def look(self, camera: MapCamera) -> None:
@@ -411,8 +411,8 @@ class MapView(QGraphicsView):
         self.viewport().update()
 
     def frame_all(self) -> None:
-        """Frame the whole content."""
-        self.look(MapCamera.framing(self.camera.content, self.camera.origin))
+        """Frame the whole content, next to the legend of the base layer."""
+        self.look(self._framed() or MapCamera.framing(self.camera.content, self.camera.origin))
 
     def frame_taxels(self, taxels: IntArray) -> None:
         """Show these taxels (k,), at least one, and their surroundings."""

@@ -137,6 +137,8 @@ def nice_floor(most: float) -> float:
 MARGIN_PX = 24.0
 LOWEST_ZOOM = 0.5
 HIGHEST_ZOOM = 60.0
+_NEARLY = 0.1
+"""Largest difference of centre and zoom with which the whole content still counts as in view, as a fraction."""
 _CLOSE_SHARE = 0.6
 """Minimum fraction of the viewport that a box fills after ``closing_in``."""
 
@@ -175,8 +177,12 @@ class MapCamera:
 
     @property
     def framed(self) -> bool:
-        """Whether the camera shows the whole content in the middle."""
-        return self == MapCamera.framing(self.content, self.origin)
+        """Whether the camera shows the whole content, apart from what small edits change."""
+        middle = MapCamera.framing(self.content, self.origin).centre
+        near = zip(self.centre, middle, self.content, strict=True)
+        return all(abs(at - centre) <= _NEARLY * size for at, centre, size in near) and (
+            1 - _NEARLY <= self.zoom <= 1 + _NEARLY
+        )
 
     def over(self, content: Point, origin: Point, viewport: Point) -> MapCamera:
         """Return the camera that shows the same part of changed content in a viewport."""
