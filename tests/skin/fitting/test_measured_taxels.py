@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -356,3 +357,13 @@ def test_an_unknown_or_empty_link_is_refused():
         fitted(two_rods(), "elbow", np.zeros((1, 3)))
     with pytest.raises(SkinError, match="no geometry"):
         fitted(one_link(HOPELESS_MESHES["no faces"]), "part", np.zeros((1, 3)))
+
+
+def test_single_taxels_off_the_surface_are_named_with_their_distances():
+    """Taxels 6 mm apart; the distance that all others have is not named."""
+    positions = sleeve(np.arange(0.05, 0.10, 0.006)) * [1.05, 1.05, 1]
+    assert "taxel-off-surface" not in kinds(on_rod(positions).findings)
+    positions[[3, 40], :2] *= np.array([1.18, 1.36])[:, None]
+    finding = by_kind(on_rod(positions).findings)["taxel-off-surface"]
+    assert (finding.where, finding.count) == ("upper", 2)
+    assert re.search(r": id 50 by 17\.\d mm, id 13 by 9\.\d mm$", finding.action)

@@ -9,7 +9,7 @@ joined to each other: no taxel moves onto a placeholder.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -29,6 +29,11 @@ from tactile_maps.skin.fitting.rigid_body import BodyPart, distances_to_parts, r
 from tactile_maps.skin.model.skin import Patch, Skin, merge_skins
 from tactile_maps.skin.model.taxel_set import TaxelSet
 from tactile_maps.skin.reconstruction.reconstruct import skin_from_taxels
+
+_OUTLYING = 3.0
+"""Distance of a taxel from the surface above which it is named, as a multiple of the median distance."""
+_NAMED = 20
+"""Largest number of taxels that are named; all are counted."""
 
 
 def place_taxels(
@@ -75,6 +80,8 @@ def place_taxels(
         on = match.select(~stays)
         own = stated.select(np.flatnonzero(~stays))
         skins.append(_skin_on_covers(link, parts, on, local[~stays], own, thickness, file))
+        pitch = _pitch(local[~stays], parts[0].mesh)
+        skins.append(Skin((), tuple(_far_taxels(taxels, np.where(stays, 0.0, match.away), pitch))))
     if stays.any():
         normals = None if taxels.normals is None else match.pose.directions(taxels.normals)
         here = replace(taxels, name=link, link=link, positions=local, normals=normals, tangents=stated.tangents)
@@ -85,6 +92,31 @@ def place_taxels(
         note = Finding("stated-places", link, action, int(stays.sum()))
         skins += [skin_from_taxels(replace(here, findings=())), Skin((), (note,))]
     return merge_skins(skins)
+
+
+def _far_taxels(taxels: TaxelSet, away: FloatArray, pitch: float) -> Iterator[Finding]:
+    """Yield a finding that names the taxels stated farther from the surface than the others.
+
+    A taxel that moves by more than the pitch is no longer between its neighbours. A distance that all have, as that of
+    a skin below a rubber sole, is in the finding of the whole set.
+
+    Args:
+        taxels: The taxels.
+        away: (n,) distances from the surface [m].
+        pitch: Distance between neighbours [m].
+    """
+    far = np.flatnonzero(away > max(pitch, _OUTLYING * float(np.median(away))))
+    if not len(far):
+        return
+    far = far[np.argsort(-away[far], kind="stable")]
+    identity = taxels.identity
+    named = [
+        f"{str(identity.name(row)) or f'taxel {taxels.numbers[row]}'} by {1e3 * away[row]:.1f} mm"
+        for row in far.tolist()
+    ]
+    more = f" and {len(named) - _NAMED} more" if len(named) > _NAMED else ""
+    action = f"moved onto the surface, by more than the distance between taxels: {', '.join(named[:_NAMED])}{more}"
+    yield Finding("taxel-off-surface", taxels.link or taxels.name, action, len(far))
 
 
 def _skin_on_covers(
