@@ -14,6 +14,8 @@ from tactile_maps.recording.encoding.annotations import Annotations, LabelledEpi
 parquet = pytest.importorskip("pyarrow.parquet", reason="pyarrow is not installed (extra export)")
 av = pytest.importorskip("av", reason="PyAV is not installed (extra export)")
 
+OF_TORCHVISION = pytest.mark.filterwarnings("ignore:The video decoding and encoding capabilities of torchvision")
+
 
 @pytest.fixture(scope="module")
 def folder(player, tmp_path_factory):
@@ -35,6 +37,7 @@ def test_rows_are_the_frames_in_single_precision(folder, frames):
     np.testing.assert_allclose(rows["timestamp"], np.arange(len(frames)) / 200, atol=1e-6)
 
 
+@OF_TORCHVISION
 def test_lerobots_own_loader_reads_the_same(folder, frames):
     """LeRobotDataset itself, which brings torch (4 GB): a job of its own, see the guide's data page."""
     datasets = pytest.importorskip("lerobot.datasets.lerobot_dataset", reason="lerobot is not installed (4 GB)")
@@ -44,6 +47,23 @@ def test_lerobots_own_loader_reads_the_same(folder, frames):
     read = np.stack([item["observation.tactile"].numpy() for item in items])
     np.testing.assert_array_equal(read, np.array([frame.pressures for frame in frames[::7]], dtype=np.float32))
     assert items[0]["observation.images.tactile"].shape[0] == 3
+
+
+@OF_TORCHVISION
+def test_lerobots_own_loader_reads_windows_and_places_of_taxels(player, frames, tmp_path):
+    """Needs LeRobot, see above."""
+    datasets = pytest.importorskip("lerobot.datasets.lerobot_dataset", reason="lerobot is not installed (4 GB)")
+    target = tmp_path / "windows"
+    export_recording(player, target, to="lerobot", options=ExportOptions(fps=20))
+    data = datasets.LeRobotDataset("local/touch", root=target, video_backend="pyav")
+    items = [data[row] for row in range(len(data))]
+    masks = [item["observation.tactile_window_mask"].numpy().astype(bool) for item in items]
+    windows = [item["observation.tactile_window"].numpy()[mask] for item, mask in zip(items, masks, strict=True)]
+    read = np.concatenate(windows)
+    np.testing.assert_array_equal(read, np.array([frame.pressures for frame in frames[: len(read)]], dtype=np.float32))
+    assert len(read) > 0.9 * len(frames)
+    points = np.array(data.features["observation.tactile"]["info"]["points"])
+    assert points.shape == (len(frames[0].pressures), 6)
 
 
 def test_features_say_what_the_columns_are(folder, player):
