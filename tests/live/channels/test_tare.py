@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tactile_maps.core.errors import LiveError
-from tactile_maps.live.channels.tare import Tare
+from tactile_maps.live.channels.tare import Tare, TouchedTares
 from tactile_maps.live.prepare import as_measured
 from tactile_maps.live.readings.arrival import Arrived
 from tactile_maps.live.readings.readings import Reading, Unit
@@ -113,6 +113,16 @@ def test_noise_and_drift_of_all_taxels_during_the_tare_are_no_touch(seed, frames
     drift = np.linspace(0, 30, frames)[:, None] * np.ones(60)
     session = tared(readings(drift, seed))
     assert session.facts.touched_in_tare == session.facts.held_in_tare == ()
+
+
+@pytest.mark.parametrize("seed", [10009, pytest.param(10001, marks=pytest.mark.long)])
+def test_clipped_noise_during_the_tare_is_no_touch(seed):
+    """A few readings of neighbours may be 0 together, which shows no noise."""
+    skin = bar_skin(400, finer=3)
+    tare = Tare(len(skin), 10)
+    for row in np.maximum(20 * np.random.default_rng(seed).standard_normal((10, len(skin))), 0):
+        tare.add(row, np.arange(len(skin)))
+    assert not TouchedTares(skin).touched(tare, np.full(len(skin), 1e3)).any()
 
 
 def test_a_touch_during_all_of_the_tare_is_reported_and_still_after_its_end_by_name():

@@ -186,6 +186,10 @@ class TouchedTares:
         """Return (b, n) the interval of each taxel whose touch explains most of the readings not ``found`` (b, n)."""
         blocks = tare.blocks.without(found)
         candidates: list[tuple[float, int, int, TaxelGroup]] = []
+        counts, above_first, squared = (part.sum(axis=0) for part in blocks)
+        means = above_first / np.maximum(counts, 1)
+        spreads = np.abs(gains) * np.sqrt(np.maximum(squared / np.maximum(counts, 1) - np.square(means), 0.0))
+        least = max(TOUCH_THRESHOLD, _TOUCHED * float(np.median(spreads)))
         sums = [np.vstack([np.zeros_like(part[:1]), np.cumsum(part, axis=0)]) for part in blocks]
         for start, end in combinations(range(len(blocks.counts) + 1), 2):
             inside, above, _ = (part[end] - part[start] for part in sums)
@@ -198,6 +202,7 @@ class TouchedTares:
             rise = np.where(usable, rise - np.median(rise[usable]), 0.0)
             spread = np.sqrt(np.maximum(squares / divisor - np.square(rest / divisor), 0.0)) * np.abs(gains)
             explained = np.square(rise) * inside * outside / np.maximum(inside + outside, 1)
+            rise = np.where(rise >= least, rise, 0.0)  # readings may be equal by chance, such as clipped ones
             if not self._touches(rise, spread, outside, TailShape()):
                 continue  # a longer tail only raises the limits
             others = found.copy()
