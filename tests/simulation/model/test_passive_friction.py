@@ -60,7 +60,7 @@ def _slide(model: mujoco.MjModel, data: mujoco.MjData, count: int, *, passive: b
             friction.finish_step(data)
         else:
             mujoco.mj_step2(model, data)
-        most = max(most, float(friction_work(model, data).max(initial=0.0)))
+        most = max(most, max(friction_work(model, data), default=0.0))
     return most
 
 
@@ -101,7 +101,7 @@ def _push_out(model: mujoco.MjModel, *, passive: bool) -> tuple[float, float]:
             friction.finish_step(data)
         else:
             mujoco.mj_step2(model, data)
-        most = max(most, float(friction_work(model, data).max(initial=0.0)))
+        most = max(most, max(friction_work(model, data), default=0.0))
         fastest = max(fastest, abs(float(data.qvel[0])))
     return most, fastest
 
