@@ -137,7 +137,7 @@ def test_touch_is_the_brightest_on_every_base_layer(still, prepared, ground):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("name", [layer.name for layer in LAYERS if layer.name != "friction"])  # without shear, empty
+@pytest.mark.parametrize("name", [layer.name for layer in LAYERS if layer.name not in ("friction", "shear")])
 def test_layer_is_shown_and_hidden(still, prepared, name):
     still.editor.do("Pin", lambda document: add_pin(document, prepared.skin.taxel_point(40)))
     show(still, [middle_taxel(prepared.map, 0)])
