@@ -49,10 +49,10 @@ The age of a sample is distributed as well, which covers that.
 Pressure falls to zero at the rim of a contact with a slope of 2 peak / radius (a ball on springs). A taxel of pitch h
 that reaches x < h into the contact reads slope x² / 2 h, so those with x < (2 h at / slope)^½ are below the threshold
 and lose a third of it in the mean, a fifth of its square: m = 2 pi (n_t / pi)^¾ (at / peak)^½ taxels, at most n_d.
-Taxels that are wider than contacts have fewer on the rim: for less than three touched taxels m is at most 15 mm / a^½
-(the development set). Three or more are a contact that is wider than its taxels, such as a face or a line. At that
-bound, many contacts lose nothing and others up to the load of one taxel at the threshold: the factors of at a are at
-most 0.5 m - 0.12 and at least 1.3 - 0.23 / m (13 skins with pitches of 9 to 43 mm).
+Taxels that are wider than contacts have fewer on the rim: m is at most 15 mm / a^½ (the development set). Three or more
+touched taxels may be a face or a line that is wider: for 95 %, m is not bounded for these. At that bound, many contacts
+lose nothing and others up to the load of one taxel at the threshold: the factors of at a are at most 0.5 m - 0.12 and
+at least 1.3 - 0.23 / m (13 skins with pitches of 9 to 43 mm).
 
 Saturated taxels only bound the force from below, and what the saturation cuts off grows with their number. Of a
 paraboloid with a peak of q times the limit they lose (q - 1) / 2 at A_s, and n_s grows with q. A taxel that is wider
@@ -479,9 +479,12 @@ def _add_systematic(
             place += widths["saturation"].standard ** 2 * float(squared.take(inside)[full].mean() / full.sum())
     if effects.threshold is not None:
         limit = effects.threshold.at
-        wide = _RIM / math.sqrt(area) if count < _WIDER else math.inf
-        rim = min(_rim_taxels(count, limit / max(float(pressures.max()), limit)), dark, wide)
+        wide = _RIM / math.sqrt(area)
+        whole = min(_rim_taxels(count, limit / max(float(pressures.max()), limit)), dark)
+        rim = min(whole, wide)
         usual, most = _rim_losses(rim, wide)
+        if count >= _WIDER:
+            most = max(most, _rim_losses(whole, math.inf).limit)
         widths["threshold"] = Widths(limit * (usual * area + tails), limit * (most * area + tails))
         place += rim / 5 * (limit * area) ** 2 * float(squared.mean())
     if readings.estimated is not None:
