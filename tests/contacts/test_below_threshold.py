@@ -63,3 +63,13 @@ def test_short_touch_below_the_threshold_is_not_noted(tmp_path):
     found, frame = notes(tmp_path, mass=0.2, seconds=0.05)
     assert frame.pressures.any()
     assert found == []
+
+
+def test_part_of_a_body_below_the_threshold_of_the_sensor_is_noted_with_its_share(tmp_path):
+    (note,), frame = notes(tmp_path, mass=0.7, effects="threshold = { at = 1900.0 }\ngain_spread = { sd = 0.1 }")
+    weight = 0.7 * 9.81
+    reported = sum(region.force for region in frame.regions)
+    assert 0 < reported < 0.65 * weight
+    assert note.force == pytest.approx(weight, rel=0.01)
+    assert note.share == pytest.approx(1 - reported / weight, abs=0.1)
+    assert "on taxels that read less than the threshold of 1.9 kPa: contacts lack this part" in contact_note_text(note)

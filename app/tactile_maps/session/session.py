@@ -555,6 +555,6 @@ class Session:
             wrenches = self._simulation.wrenches() if self._contacts.needs_wrenches else {}
             regions = self._contacts.read(self._ticks, time, posture, pressures, wrenches=wrenches, shear=shear)
             self._unreported = self._below_threshold.notes(
-                time, true, self._contacts.threshold, regions, lambda: self._simulation.loads
+                time, true, pressures, self._contacts.threshold, regions, lambda: self._simulation.loads
             )
             return pressures, shear, regions

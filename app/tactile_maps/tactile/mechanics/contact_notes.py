@@ -59,8 +59,9 @@ class ContactNote:
         max_stiffness: Largest stable stiffness at the time step [N/m]; of a softer contact that of the simulation.
         max_timestep: Largest stable time step at the stiffness [s].
         depth: Depth of one body in the other, or of a mesh's surface in its convex hull [m]; None for other kinds.
-        force: Normal force of a contact that presses too hard, or that no taxel reports [N]; None for others.
-        share: Share of the load that is not sensed, of a contact partly outside the skin, 0 to 1; None for others.
+        force: Normal force of a contact that presses too hard, or that taxels do not report [N]; None for others.
+        share: Share of the load that is not sensed, of a contact partly outside the skin or partly below the threshold,
+            0 to 1; None for others.
         ratio: Sum of pressure times area over the force, of a contact on bent skin; None for others.
         pressure: Highest pressure on a taxel, of a contact that no taxel reports [Pa]; None for others.
         threshold: Pressure from which a taxel reports it [Pa]; None for others.
@@ -165,6 +166,11 @@ def contact_note_text(note: ContactNote) -> str:
 def _below_threshold_text(note: ContactNote, by: str, link: str) -> str:
     if note.force is None or note.pressure is None or note.threshold is None:
         return f"{by} presses {link} below the threshold of its taxels: no contact is reported"
+    if note.share is not None:
+        return (
+            f"{by} presses {link} with {note.force:.3g} N, {100 * note.share:.0f} % of it on taxels that read less "
+            f"than the threshold of {1e-3 * note.threshold:.3g} kPa: contacts lack this part"
+        )
     return (
         f"{by} presses {link} with {note.force:.3g} N, but with at most {1e-3 * note.pressure:.2g} kPa: below the "
         f"threshold of {1e-3 * note.threshold:.3g} kPa, so no contact is reported"
