@@ -162,7 +162,8 @@ def _method(found: Sequence[Row]) -> Iterator[str]:
         "apart), all others before. Those of panda, iiwa, xarm7 "
         "and so101, and all trials of icub, kinova3 and the allegro hand (joint damping of 3 to 10 N m s/rad, up to 12 "
         "times the requested one), were measured last, when such joints were held more stiffly. The so101 follows a "
-        "smaller figure than before, since the ball touched a hollow of its gripper at two places."
+        "smaller figure than before, since the ball touched a hollow of its gripper at two places. The finger was "
+        "measured again after all others."
     )
     yield "## Conditions"
     conditions = (
