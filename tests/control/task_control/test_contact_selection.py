@@ -114,7 +114,7 @@ def test_single_contact_is_not_reported_as_opposed():
     assert reported((8.0, UP), speed=0.0) == ()
 
 
-def test_contact_that_no_joint_moves_is_also_reported_alone():
+def test_contact_that_joints_move_too_slowly_is_also_reported_alone():
     limit = Limit(LimitKind.CONTACT_IMMOBILE, ("link 1",), value=8.0, bound=GOAL)
     assert reported((8.0, 0 * UP), speed=0.0) == (limit,)
     assert reported((8.0, 0 * UP), (GOAL, UP), speed=0.0) == (limit,)

@@ -40,8 +40,9 @@ class LimitKind(Enum):
     towards the target that the arm attempted [m]; bound: requested motion [m]), ``OUT_OF_REACH`` (the target; value:
     distance of its place on the skin from the object, at the nearest posture that a search found [m]),
     ``CONTACTS_OPPOSED`` and ``CONTACT_IMMOBILE`` (force that is not controlled: the requested joint velocity for
-    several contacts does not relieve this one, or no joint moves the skin there; names: the links; value: largest
-    force [N]; bound: its goal [N]), ``FORCE_GOAL_RAISED`` (names: the links that hold; value: the goal [N]) and
+    several contacts does not relieve this one, or the joints at full speed move the skin there less than half as fast
+    as its force requires; names: the links; value: largest force [N]; bound: its goal [N]),
+    ``FORCE_GOAL_RAISED`` (names: the links that hold; value: the goal [N]) and
     ``GRIP_LIMITED`` (names: as before;
     value: force that would prevent slip, bound: largest goal [N]), ``SHEAR_CAP`` (value: force along the skin, bound:
     largest one [N]), ``FRICTION_CAP`` (the quadratic program yields along the skin), ``SHEAR_GOAL_LIMITED`` (names: the
@@ -131,7 +132,7 @@ class LimitKind(Enum):
     )
     CONTACT_IMMOBILE = (
         "contact-immobile",
-        "force not controlled: no joint moves the skin there",
+        "force not controlled: the joints move the skin there too slowly",
         "{names}, {value:.1f}\u202fN",
         "{names}",
     )
