@@ -10,6 +10,7 @@ from tactile_maps.control.motion.command import JointCommand
 from tactile_maps.scene.effects import Effects
 from tactile_maps.simulation.model.contact_stiffness import ContactSharing
 from tactile_maps.simulation.model.model_assembly import assemble
+from tactile_maps.simulation.model.passive_friction import PassiveFriction
 from tactile_maps.simulation.simulation import Simulation
 from tactile_maps.studies.testbeds.contact_bench import STIFFNESS, bench, lay
 from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
@@ -33,15 +34,16 @@ def test_bare_step(benchmark, shape):
     benchmark(lambda: mujoco.mj_step(model, data, STEPS))
 
 
-def test_step_that_shares_the_stiffness(benchmark, shape):
+def test_step_that_shares_the_stiffness_and_checks_friction(benchmark, shape):
     model, data = resting(shape)
     sharing = ContactSharing(model, LAYER)
+    friction = PassiveFriction(model)
 
     def steps():
         for _ in range(STEPS):
             mujoco.mj_step1(model, data)
             sharing.apply(data)
-            mujoco.mj_step2(model, data)
+            friction.finish_step(data)
 
     steps()
     assert data.ncon == POINTS[shape]
