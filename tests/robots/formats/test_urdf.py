@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -222,6 +223,17 @@ def test_oversized_mesh_is_reported_with_size_and_scale_and_is_not_covered(urdf,
         cover_robot(robot)
     path.write_text(path.read_text().replace('large.stl"', 'large.stl" scale="0.001 0.001 0.001"'))
     assert "mesh-size" not in {finding.kind for finding in load_urdf(path).findings}
+
+
+@pytest.mark.parametrize(
+    ("lower", "upper", "reported"), [("-90", "90", True), ("-6.2832", "6.2832", False), ("-90.5", "90", False)]
+)
+def test_range_of_several_turns_in_whole_numbers_is_reported_as_degrees(urdf, lower, upper, reported):
+    path = urdf("rod.stl")
+    path.write_text(re.sub(r'lower="[^"]*" upper="[^"]*"', f'lower="{lower}" upper="{upper}"', path.read_text()))
+    found = [finding for finding in load_urdf(path).findings if finding.kind == "joint-range"]
+    assert [finding.where for finding in found] == ["hinge (-90 to 90 rad)"] * reported
+    assert all("If they are in degrees, state them in radians" in finding.action for finding in found)
 
 
 @pytest.mark.parametrize(

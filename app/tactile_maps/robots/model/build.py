@@ -29,7 +29,7 @@ from tactile_maps.robots.model.mujoco_spec import (
     spec_text,
 )
 from tactile_maps.robots.model.mujoco_warnings import collect_warnings, warning_findings
-from tactile_maps.robots.model.proportions import oversized_meshes
+from tactile_maps.robots.model.proportions import oversized_meshes, ranges_in_degrees
 from tactile_maps.robots.model.robot import Joint, Link, Robot
 from tactile_maps.robots.model.sanitize import (
     Mount,
@@ -214,6 +214,7 @@ def build_robot(
     check_magnitudes(first, source)
     notes += limited_hulls(first)
     notes += oversized_meshes(first)
+    notes += ranges_in_degrees(first)
     state_scaled_masses(spec, first)
     enforce_inertia_inequality(spec, first)
     with errors_in_file(source):

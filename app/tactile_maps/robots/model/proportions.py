@@ -1,4 +1,4 @@
-"""Meshes that are too large for their robot, because their file is in millimetres and the robot states no scale."""
+"""Numbers of a robot that are probably in another unit: meshes in millimetres, and ranges of joints in degrees."""
 
 from __future__ import annotations
 
@@ -10,6 +10,10 @@ from tactile_maps.robots.files.mesh_files import LARGEST_IN_METRES
 
 OVERSIZED = "mesh-size"
 """Kind of the finding about such a mesh."""
+IN_DEGREES = "joint-range"
+"""Kind of the finding about ranges that are probably in degrees."""
+_LARGEST_ANGLE = 4 * np.pi
+_MOST_DEGREES = 720.0
 _LARGEST_SIZE = 2 * LARGEST_IN_METRES  # m, of the bounding box's diagonal
 _LARGEST_RATIO = 20.0
 _LEAST_SIZE = 2.0  # m; smaller meshes are possible on a robot whose joints are all at one place
@@ -39,6 +43,17 @@ def oversized_meshes(model: mujoco.MjModel) -> list[Finding]:
         )
         findings += places_finding(OVERSIZED, list(named), action)
     return findings
+
+
+def ranges_in_degrees(model: mujoco.MjModel) -> list[Finding]:
+    """Return a finding for hinges whose range exceeds two turns in radians and is a whole number of degrees."""
+    ranges = model.jnt_range
+    largest = np.abs(ranges).max(axis=1, initial=0.0)
+    whole = (ranges == np.round(ranges)).all(axis=1)
+    hinges = (model.jnt_type == mujoco.mjtJoint.mjJNT_HINGE) & (model.jnt_limited != 0)
+    found = np.flatnonzero(hinges & whole & (largest > _LARGEST_ANGLE) & (largest <= _MOST_DEGREES))
+    places = [f"{model.joint(int(joint)).name} ({ranges[joint][0]:g} to {ranges[joint][1]:g} rad)" for joint in found]
+    return places_finding(IN_DEGREES, places, "ranges of several turns. If they are in degrees, state them in radians")
 
 
 def _size_of_robot(model: mujoco.MjModel) -> float:
