@@ -238,7 +238,7 @@ def test_tank_counts_energy_and_contains_no_more_than_full():
 
 
 def test_tank_gives_nine_tenths_of_a_joule():
-    """In numbers of the test's own: a hand is followed with 3 N over 30 cm, and no farther."""
+    """A hand is followed with 3 N over 30 cm, and no farther; the numbers are those of this test."""
     tank = EnergyTank()
     shares = []
     for given, damped, seconds in ((0.3, 0.0, 2.0), (0.3, 0.0, 1.0), (0.0, 1.0, 0.1)):

@@ -76,7 +76,7 @@ def _settings(arguments: argparse.Namespace) -> CheckSettings:
     live = is_live(arguments.source)
     ordered = live if arguments.order is None else arguments.order == "asked"
     if live and not ordered:
-        remedy = "Press the parts that are asked for, or give a file"
+        remedy = "Press the requested parts, or give a file"
         raise UsageError("a live skin is checked part by part", place="--order", value="any", remedy=remedy)
     if not ordered and (
         waits := [f"--{name}" for name in ("patience", "pause") if getattr(arguments, name) is not None]

@@ -541,7 +541,7 @@ _PROBLEMS = {
 def _solve_bounded(
     hessian: FloatArray, gradient: FloatArray, lower: FloatArray, upper: FloatArray, bounds: Sequence[SpeedBound]
 ) -> tuple[FloatArray, list[SpeedBound], str]:
-    """Return the minimum in the box, the bounds that hold it, and why there is no solution.
+    """Return the minimum in the box, the bounds that hold it, and the reason if no solution was found.
 
     The box always holds; bounds that it makes impossible are violated as little as possible.
 

@@ -24,7 +24,7 @@ class ContactNoteKind(Enum):
     PARTLY_OUTSIDE = "partly-outside"
     """More than 1 % of a load is on bare surface next to the skin and is not sensed (what presses, the link)."""
     BELOW_THRESHOLD = "below-threshold"
-    """A lasting load is below the threshold of all taxels of a link and is not reported (what presses, the link)."""
+    """A lasting load, or a large part of it, is below the threshold of the taxels (what presses, the link)."""
     SKIN_EDGE = "skin-edge"
     """A single point at the skin's edge bears a whole load (what presses, the link)."""
     BENT_SKIN = "bent-skin"

@@ -1,4 +1,4 @@
-"""Another scene reaches what shows it in one order, whoever was made first."""
+"""Another scene reaches what shows it in one order, independent of which part was created first."""
 
 from __future__ import annotations
 

@@ -55,7 +55,7 @@ def test_saved_pokes_play_as_a_script(window, script):
     session = window.live.runner.session
     assert session.frame.tick == 0
     assert session.scripted
-    assert session.effects.friction, "the scene starts again as it was chosen"
+    assert session.effects.friction, "the scene restarts with the chosen effects"
     run(window, 0.3)
     (told,) = session.frame.pokes
     assert told.at.patch == felt

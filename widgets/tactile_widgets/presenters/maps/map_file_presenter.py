@@ -268,7 +268,7 @@ class MapFilePresenter(Presenter):
         self._kept = [one for one in self._kept if not have_same_skin(one.prepared.scene, scene)]
 
     def kept(self, scene: Scene) -> KeptDocument | None:
-        """Return the document of a scene before or after a change of the skin; None if there is none."""
+        """Return the document of a scene before or after a change of the skin; None without one."""
         return next((one for one in self._kept if have_same_skin(one.prepared.scene, scene)), None)
 
     def show_skin(self, prepared: PreparedScene) -> bool:
