@@ -9,6 +9,7 @@ import pytest
 
 from tactile_maps.contacts.detection.centre_of_pressure import SensorUncertainty
 from tactile_maps.contacts.detection.detection import TOUCH_THRESHOLD, ContactDetector
+from tactile_maps.contacts.detection.regions import TaxelGraph
 from tactile_maps.core.arrays import readonly
 from tactile_maps.core.errors import MapError
 from tactile_maps.maps.model.layout import MapLayout
@@ -145,6 +146,23 @@ def test_readings_that_noise_explains_are_not_added_to_a_contact():
     assert np.array_equal(region.taxels, exact.taxels)
 
 
+def test_ring_taxels_of_two_contacts_are_shared_and_count_once():
+    pressures = np.where(np.linalg.norm(POSITIONS - (0.2, 0, 0.02), axis=1) < 0.05, 0.9 * TOUCH_THRESHOLD, 0.0)
+    middle = int(np.argmin(np.linalg.norm(POSITIONS - (0.2, 0, 0.02), axis=1)))
+    graph = TaxelGraph(SKIN)
+    near = graph.near[middle]
+    first = min(near)
+    second = max(near, key=lambda one: float(np.linalg.norm(POSITIONS[one] - POSITIONS[first])))
+    pressures[[first, second]] = 2 * TOUCH_THRESHOLD
+    found = ContactDetector(MAP, errors=SensorUncertainty()).read(pressures)
+    assert len(found) == 2
+    assert middle in np.intersect1d(*[region.taxels for region in found])
+    assert sum(region.force for region in found) == pytest.approx(pressures @ SKIN.areas, rel=1e-12)
+    for region in found:
+        own = pressures[region.taxels] @ SKIN.areas[region.taxels]
+        assert region.force <= own - 0.4 * pressures[middle] * SKIN.areas[middle], "each has its part"
+
+
 def test_taxels_between_two_contacts_belong_to_the_nearer_one():
     pressures = np.zeros(len(SKIN))
     first, last = (int(np.argmin(np.linalg.norm(POSITIONS - (x, 0, 0.02), axis=1))) for x in (0.1, 0.3))
@@ -153,7 +171,7 @@ def test_taxels_between_two_contacts_belong_to_the_nearer_one():
     pressures[[first, last]] = 3 * TOUCH_THRESHOLD
     regions = ContactDetector(MAP, errors=SensorUncertainty()).read(pressures)
     assert len(regions) == 2
-    assert sum(region.force for region in regions) == pytest.approx(pressures @ SKIN.areas, rel=0.05)
+    assert sum(region.force for region in regions) == pytest.approx(pressures @ SKIN.areas, rel=1e-12)
     for region in regions:
         assert np.ptp(POSITIONS[region.taxels, 0]) < 0.15
 

@@ -55,6 +55,17 @@ def test_turning_tractions_are_read_as_a_torque():
     assert found.shear.torque == pytest.approx(float(weights @ (arms**2).sum(axis=1)), rel=1e-6)
 
 
+def test_shear_on_ring_taxels_of_two_contacts_counts_once():
+    map_, pressures, region = pressed()
+    order = np.argsort(map_.skin.patches[0].taxels.positions[region.taxels, 0])
+    halves = [np.sort(region.taxels[order[:-5]]), np.sort(region.taxels[order[5:]])]
+    along = FRICTION * pressures[:, None] * [0.5, 0.0]
+    parts = [replace(region, id=number, taxels=own) for number, own in enumerate(halves, start=1)]
+    (whole,) = ShearEstimator(map_, FRICTION).read(0.0, [region], pressures, along)
+    both = ShearEstimator(map_, FRICTION).read(0.0, parts, pressures, along)
+    np.testing.assert_allclose(sum(np.array(part.shear.force) for part in both), whole.shear.force, rtol=1e-9)
+
+
 def test_errors_of_force_and_torque_cover_the_noise_of_the_taxels():
     map_, pressures, region = pressed()
     rng = np.random.default_rng(3)

@@ -63,6 +63,16 @@ def test_the_area_sum_leaves_everything_as_it_is():
     assert estimates == {}
 
 
+@pytest.mark.parametrize("name", ["area-sum", "local-nnls", "tikhonov"])
+def test_ring_taxels_between_two_contacts_count_once(name):
+    pressures = felt(ball(0.19), ball(0.215), below=True)
+    regions = ContactDetector(MAP, threshold=0.4 * pressures.max()).read(pressures)
+    assert len(np.intersect1d(*[region.taxels for region in regions])) > 2
+    assert sum(pressures[region.taxels] @ FOREARM_SKIN.areas[region.taxels] for region in regions) > 21.0
+    got, _ = RegionForceEstimator(MAP, estimator=name, depth=DEPTH).read(regions, pressures, EXACT)
+    assert sum(region.force for region in got) == pytest.approx(20.0, rel=0.02)
+
+
 @pytest.mark.parametrize("name", ["local-nnls", "tikhonov"])
 def test_a_region_carries_the_estimated_force_and_its_error(name):
     pressures = felt(ball(0.2), below=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
@@ -20,7 +19,14 @@ from tactile_maps.contacts.detection.centre_of_pressure import (
 from tactile_maps.contacts.detection.close_contacts import CloseContactSeparator
 from tactile_maps.contacts.detection.error_budget import LeftOut, Motion, Readings, propagate_uncertainty
 from tactile_maps.contacts.detection.image_centre import CentreSettings, taxel_moments
-from tactile_maps.contacts.detection.regions import ContactRegion, SeamCrossings, TaxelGraph, TaxelGroup
+from tactile_maps.contacts.detection.regions import (
+    ContactRegion,
+    SeamCrossings,
+    TaxelGraph,
+    TaxelGroup,
+    ring_shares,
+    shared_readings,
+)
 from tactile_maps.contacts.detection.tracking import Measured, RegionTracker, TrackId, TrackMemory
 from tactile_maps.contacts.detection.unpressed_readings import UnpressedTaxels
 from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray, dot, seal
@@ -59,6 +65,7 @@ class _TouchedGroup(NamedTuple):
         areas: (k,) areas [m²].
         area: Sum over the touched ones [m²].
         weights: (k,) weights of their readings in the centre: areas, or pixels.
+        share: (k,) share of the group in their readings; None where it shares none with another group.
         points: (k, 2) their places on the map [m].
         body: (k, 3) their places on the body [m], link frame.
         patch: Number of the patch; a region is on one patch, because neighbours are.
@@ -73,6 +80,7 @@ class _TouchedGroup(NamedTuple):
     areas: FloatArray
     area: float
     weights: FloatArray
+    share: FloatArray | None
     points: FloatArray
     body: FloatArray
     patch: int
@@ -87,8 +95,8 @@ class ContactDetector:
     Regions are connected on the body (the skin's neighbours), so a seam never splits one. The untouched ring around a
     region is added before summing: 8 to 20 % of the force is below the threshold there. Pressed taxels connected to the
     ring are added too, see ``unpressed_readings``: a flat object at rest may press most of its taxels below the
-    threshold. A ring taxel between two regions counts for both. The force that crosstalk passes beyond the ring follows
-    from the readings and is added to that of the region. A reading that is not finite counts as unpressed.
+    threshold. A ring taxel between regions is shared evenly among them. The force that crosstalk passes beyond the ring
+    follows from the readings and is added to that of the region. A reading that is not finite counts as unpressed.
 
     Args:
         map_: The tactile map.
@@ -329,7 +337,7 @@ class ContactDetector:
         self._touched = touched
         self._level()
         names = self._tracker.assign(groups, now=time, measure=lambda parts: self._measured(parts, pressures))
-        self._felt = [self._touched_group(name, group) for name, group in zip(names, groups, strict=True)]
+        self._felt = self._touched_groups(names, groups)
         self._groups = groups
         self._covered = np.zeros(len(self._skin), dtype=bool)
         for felt in self._felt:
@@ -351,17 +359,16 @@ class ContactDetector:
             return True
         self._beyond = beyond
         groups = self._graph.extended(self._groups, set(pressed.nonzero()[0].tolist())) if beyond else self._groups
-        self._felt = [self._touched_group(felt.name, group) for felt, group in zip(self._felt, groups, strict=True)]
+        self._felt = self._touched_groups([felt.name for felt in self._felt], groups)
         return False
 
     def _measured(self, groups: Sequence[TaxelGroup], pressures: FloatArray) -> list[Measured]:
-        """Return the centre and force of each group; the force on a taxel in several rings is shared among them."""
-        rings = Counter(taxel for group in groups for taxel in group.ring)
+        """Return the centre and force of each group."""
+        members = _taxels_of(groups)
         found = []
-        for group in groups:
-            taxels = np.array(sorted(group.core | group.ring), dtype=np.int64)
-            shares = np.array([rings[taxel] if taxel in group.ring else 1 for taxel in taxels.tolist()])
-            forces = np.maximum(pressures.take(taxels), 0.0) * self._areas.take(taxels) / shares
+        for taxels, share in zip(members, ring_shares(members), strict=True):
+            own = shared_readings(pressures, taxels, share)
+            forces = np.maximum(own.take(taxels), 0.0) * self._areas.take(taxels)
             force = float(forces.sum())
             found.append(Measured(forces @ self._body.take(taxels, axis=0) / force, force))
         return found
@@ -401,10 +408,15 @@ class ContactDetector:
             return self.errors.taxels.exceeded(NOISE_LIMIT, forces, core, areas)
         return float(forces.sum()) >= NOISE_LIMIT * self.errors.noise * math.sqrt(float(areas @ areas))
 
-    def _touched_group(self, name: TrackId, group: TaxelGroup) -> _TouchedGroup:
-        whole = sorted(group.core | group.ring)
-        taxels = np.array(whole, dtype=np.int64)
+    def _touched_groups(self, names: Sequence[TrackId], groups: Sequence[TaxelGroup]) -> list[_TouchedGroup]:
+        members = _taxels_of(groups)
+        return [self._touched_group(*one) for one in zip(names, groups, members, ring_shares(members), strict=True)]
+
+    def _touched_group(
+        self, name: TrackId, group: TaxelGroup, taxels: IntArray, share: FloatArray | None
+    ) -> _TouchedGroup:
         taxels.flags.writeable = False
+        whole = taxels.tolist()
         inside = np.array([place for place, taxel in enumerate(whole) if taxel in group.core], dtype=np.int64)
         areas = self._areas.take(taxels)
         area = float(areas.take(inside).sum())
@@ -416,7 +428,7 @@ class ContactDetector:
         around = frozenset[int]().union(*[self._graph.near[taxel] for taxel in group.ring]).difference(whole)
         row = np.array(sorted(around), dtype=np.int64)
         passed = self._passed_beyond(taxels)
-        return _TouchedGroup(name, taxels, inside, areas, area, weights, points, body, patch, torn, row, passed)
+        return _TouchedGroup(name, taxels, inside, areas, area, weights, share, points, body, patch, torn, row, passed)
 
     def _passed_beyond(self, taxels: IntArray) -> FloatArray | None:
         """Return the force that a contact on ``taxels`` (k,) passes to other taxels, for one unit of each reading [m²].
@@ -437,6 +449,8 @@ class ContactDetector:
 
     def _region(self, felt: _TouchedGroup, pressures: FloatArray) -> ContactRegion:
         own = pressures.take(felt.taxels)
+        if felt.share is not None:
+            own = own * felt.share
         forces, force, borne = _forces(felt, own)
         share = forces / force
         if felt.passed is not None:
@@ -503,6 +517,11 @@ class ContactDetector:
             if place is not None:
                 return place
         return self._projector.put_back(felt.patch, share.dot(felt.body))
+
+
+def _taxels_of(groups: Sequence[TaxelGroup]) -> list[IntArray]:
+    """Return the taxels and ring taxels (k,) of each group, increasing."""
+    return [np.array(sorted(group.core | group.ring), dtype=np.int64) for group in groups]
 
 
 def _share_of_pixels(felt: _TouchedGroup, share: FloatArray) -> FloatArray:

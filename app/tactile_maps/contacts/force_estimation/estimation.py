@@ -12,7 +12,7 @@ import numpy as np
 
 from tactile_maps.contacts.detection.centre_of_pressure import SensorUncertainty, taxel_positions
 from tactile_maps.contacts.detection.error_budget import INDEPENDENT, Widths, combine_parts, reading_variances
-from tactile_maps.contacts.detection.regions import ContactRegion
+from tactile_maps.contacts.detection.regions import ContactRegion, ring_shares, shared_readings
 from tactile_maps.contacts.force_estimation.deconvolution import Deconvolution, nonnegative_least_squares, tikhonov
 from tactile_maps.contacts.force_estimation.estimate import (
     AreaSum,
@@ -282,12 +282,13 @@ class RegionForceEstimator:
             pressures = np.where(np.isfinite(pressures), pressures, 0.0)
         areas = self._map.skin.areas
         readings = []
-        for region in regions:
+        for region, share in zip(regions, ring_shares([region.taxels for region in regions]), strict=True):
             taxels = region.taxels
+            own = shared_readings(pressures, taxels, share)
             noise = errors.noise_of(taxels, areas.take(taxels))
-            variances = reading_variances(errors, pressures.take(taxels), taxels)
+            variances = reading_variances(errors, own.take(taxels), taxels)
             whole = np.add.reduce([np.zeros(len(taxels)), *variances.values()])
-            readings.append(ContactReading(region, pressures, noise, errors.gain, np.asarray(whole, dtype=np.float64)))
+            readings.append(ContactReading(region, own, noise, errors.gain, np.asarray(whole, dtype=np.float64)))
         if self._name == "lumped":
             readings = [
                 replace(r, wrench=self._measured(wrenches, r.region.link))
