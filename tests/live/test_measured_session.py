@@ -10,7 +10,7 @@ import pytest
 from tactile_maps.contacts.pipeline import ReadingSettings
 from tactile_maps.core.errors import LiveError, RecordingError, SimulationError
 from tactile_maps.core.reading_units import ReadingUnits
-from tactile_maps.live.channels.calibration import Calibration, ValueMode, load_calibration, save_calibration
+from tactile_maps.live.calibration.calibration import Calibration, ValueMode, load_calibration, save_calibration
 from tactile_maps.live.prepare import as_measured
 from tactile_maps.live.readings.arrival import Arrived
 from tactile_maps.live.readings.readings import Reading, Unit

@@ -2,7 +2,8 @@
 
 ``readings``         interface of all sources, packets, order of arrival and age of readings
 ``sources``          sources by address: files, UDP, ZeroMQ, serial port, ROS 2, YARP
-``channels``         taxel and pressure of each value, and channels that may be broken
+``channels``         taxel of each value, tare, and channels that may be broken
+``calibration``      pressure of each value, fitted to known weights and logs of loads
 ``session``          a session on measured readings, and its connection to a source
 ``checking``         guided check of a skin, part by part, and its report
 ``motion``           motion that a controller requests of the real robot, and its transmission

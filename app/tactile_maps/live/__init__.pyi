@@ -1,6 +1,6 @@
-from .channels.calibration import Calibration, ValueMode, load_calibration, save_calibration
-from .channels.calibration_log import CalibrationLog, read_calibration_log
-from .channels.force_calibration import ForceCalibration, fit_force
+from .calibration.calibration import Calibration, ValueMode, load_calibration, save_calibration
+from .calibration.calibration_log import CalibrationLog, read_calibration_log
+from .calibration.force_calibration import ForceCalibration, fit_force
 from .prepare import prepare_measured
 from .readings.readings import Reading, Unit
 from .session.connection import Connection

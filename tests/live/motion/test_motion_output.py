@@ -13,7 +13,7 @@ from tactile_maps.contacts.detection.taxel_noise import TaxelNoise
 from tactile_maps.contacts.pipeline import ReadingSettings
 from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.core.errors import LiveError, SceneError
-from tactile_maps.live.channels.calibration import Calibration
+from tactile_maps.live.calibration.calibration import Calibration
 from tactile_maps.live.channels.last_heard import FROZEN_SECONDS
 from tactile_maps.live.motion.command_latency import latency_text
 from tactile_maps.live.motion.input_monitor import LEAST_PRESSURE

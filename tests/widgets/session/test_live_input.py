@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from tactile_maps.core.errors import LiveError, TactileMapsError, UsageError
-from tactile_maps.live.channels.calibration import ValueMode
+from tactile_maps.live.calibration.calibration import ValueMode
 from tactile_maps.live.motion.motion_sender import MotionLimits
 from tactile_maps.live.readings.readings import Reading, Unit
 from tactile_maps.live.readings.wire_format import encode_binary

@@ -5,7 +5,7 @@ from __future__ import annotations
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QDialog, QDialogButtonBox, QDoubleSpinBox, QFormLayout, QLabel, QWidget
 
-from tactile_maps.live.channels.weighing import LONGEST
+from tactile_maps.live.calibration.weighing import LONGEST
 from tactile_maps.live.session.facts import MeasuredFacts
 from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.common.make import make, push_button

@@ -15,7 +15,7 @@ from tactile_maps.control.controller_registry import scene_values
 from tactile_maps.core.arrays import IntArray
 from tactile_maps.core.errors import LiveError, SimulationError, UsageError, describe_unexpected_error
 from tactile_maps.core.reading_units import ReadingUnits
-from tactile_maps.live.channels.calibration import ValueMode, load_calibration, save_calibration
+from tactile_maps.live.calibration.calibration import ValueMode, load_calibration, save_calibration
 from tactile_maps.live.channels.matching import load_matching
 from tactile_maps.live.checking.skin_check import SkinCheck
 from tactile_maps.live.motion.command_loop import CommandLoop

@@ -13,10 +13,11 @@ from tactile_maps.cli.shared.scenes import scene_from_arguments
 from tactile_maps.core.arrays import IntArray
 from tactile_maps.core.errors import LiveError, UsageError
 from tactile_maps.core.progress import part_of_progress
-from tactile_maps.live.channels.calibration import save_calibration
-from tactile_maps.live.channels.calibration_log import read_calibration_log
-from tactile_maps.live.channels.force_calibration import CurveKind, ForceCalibration, fit_force
-from tactile_maps.live.channels.matrix_calibration import (
+from tactile_maps.live.calibration.calibration import save_calibration
+from tactile_maps.live.calibration.calibration_log import read_calibration_log
+from tactile_maps.live.calibration.force_calibration import ForceCalibration, fit_force
+from tactile_maps.live.calibration.force_curves import CurveKind
+from tactile_maps.live.calibration.matrix_calibration import (
     MatrixCalibration,
     fit_matrices,
     has_force_vectors,

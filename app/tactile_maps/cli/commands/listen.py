@@ -18,7 +18,7 @@ from tactile_maps.control.controller_registry import check_settings, settings_fr
 from tactile_maps.control.limit_texts import limit_text
 from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.core.errors import LiveError, UsageError
-from tactile_maps.live.channels.calibration import ValueMode, check_mass, load_calibration, save_calibration
+from tactile_maps.live.calibration.calibration import ValueMode, check_mass, load_calibration, save_calibration
 from tactile_maps.live.channels.matching import load_matching
 from tactile_maps.live.frame_recording import FrameRecording
 from tactile_maps.live.motion.command_latency import LatencyFigures, latency_text

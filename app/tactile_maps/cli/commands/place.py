@@ -18,7 +18,7 @@ from tactile_maps.core.errors import SkinError, UsageError
 from tactile_maps.core.file_kinds import FileKind
 from tactile_maps.geometry.surface.mesh import Mesh
 from tactile_maps.geometry.surface.pose import Pose
-from tactile_maps.live.channels.touch_log import read_touch_log
+from tactile_maps.live.calibration.touch_log import read_touch_log
 from tactile_maps.robots.library import load_robot
 from tactile_maps.robots.model.robot import Robot
 from tactile_maps.skin.fitting.alignment import Alignment, align_to_mesh, align_to_touches, touch_centres

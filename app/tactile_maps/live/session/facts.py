@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from tactile_maps.core.arrays import IntArray
-from tactile_maps.live.channels.calibration import ValueMode
+from tactile_maps.live.calibration.calibration import ValueMode
+from tactile_maps.live.calibration.weighing import WeighingState
 from tactile_maps.live.channels.channel_health import SilentChannel
 from tactile_maps.live.channels.channel_swaps import SwappedChannels
-from tactile_maps.live.channels.weighing import WeighingState
 from tactile_maps.live.readings.readings import Unit
 from tactile_maps.skin.model.skin import Skin
 

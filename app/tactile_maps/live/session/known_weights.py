@@ -6,8 +6,8 @@ from dataclasses import replace
 
 from tactile_maps.core.arrays import FloatArray, IntArray
 from tactile_maps.core.errors import LiveError
-from tactile_maps.live.channels.calibration import Calibration, FallingReadingsError
-from tactile_maps.live.channels.weighing import RecentReadings, Weighing, WeighingState
+from tactile_maps.live.calibration.calibration import Calibration, FallingReadingsError
+from tactile_maps.live.calibration.weighing import RecentReadings, Weighing, WeighingState
 from tactile_maps.live.session.session_clock import SessionClock
 from tactile_maps.live.session.skin_readings import CalibrationStep, SkinReadings
 

@@ -17,8 +17,8 @@ from tactile_maps.control.motion.command import JointCommand
 from tactile_maps.core.arrays import BoolArray, FloatArray
 from tactile_maps.core.errors import LiveError, SimulationError
 from tactile_maps.core.timing import Stopwatch
+from tactile_maps.live.calibration.calibration import Calibration, ValueMode
 from tactile_maps.live.channels.broken_channels import BrokenChannels
-from tactile_maps.live.channels.calibration import Calibration, ValueMode
 from tactile_maps.live.channels.channel_health import QUIET_SECONDS, ChannelHealth
 from tactile_maps.live.channels.channel_swaps import SwapDetector
 from tactile_maps.live.channels.last_heard import LastHeard

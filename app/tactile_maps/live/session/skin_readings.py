@@ -11,7 +11,7 @@ from tactile_maps.contacts.detection.taxel_noise import TailShape, TaxelNoise, e
 from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray, readonly
 from tactile_maps.core.errors import LiveError
 from tactile_maps.core.reading_units import ReadingUnits
-from tactile_maps.live.channels.calibration import Calibration, ValueMode
+from tactile_maps.live.calibration.calibration import Calibration, ValueMode
 from tactile_maps.live.channels.falling_values import FallingValues
 from tactile_maps.live.channels.matching import TaxelMatcher
 from tactile_maps.live.channels.shear_channels import ShearChannels

@@ -8,7 +8,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QComboBox, QPushButton, QWidget
 
 from tactile_maps.contacts.pipeline import ReadingSettings
-from tactile_maps.live.channels.calibration import ValueMode
+from tactile_maps.live.calibration.calibration import ValueMode
 from tactile_maps.live.session.connection import ConnectionState, ConnectionStatus, refused_text
 from tactile_maps.live.session.facts import MeasuredFacts
 from tactile_widgets.common.colours import Theme

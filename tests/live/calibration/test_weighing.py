@@ -7,8 +7,8 @@ import pytest
 
 from tactile_maps.core.errors import LiveError
 from tactile_maps.core.reading_units import ReadingUnits
-from tactile_maps.live.channels.calibration import GRAVITY, Calibration
-from tactile_maps.live.channels.weighing import RecentReadings, Weighing
+from tactile_maps.live.calibration.calibration import GRAVITY, Calibration
+from tactile_maps.live.calibration.weighing import RecentReadings, Weighing
 from tactile_maps.live.prepare import as_measured
 from tactile_maps.live.readings.arrival import Arrived
 from tactile_maps.live.readings.readings import Reading, Unit

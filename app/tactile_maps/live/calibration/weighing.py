@@ -10,7 +10,7 @@ import numpy as np
 
 from tactile_maps.core.arrays import FloatArray, IntArray
 from tactile_maps.core.errors import LiveError
-from tactile_maps.live.channels.calibration import Calibration, check_mass
+from tactile_maps.live.calibration.calibration import Calibration, check_mass
 
 LONGEST = 60.0
 """Longest time over which readings are averaged [s]."""

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from tactile_maps.core.errors import LiveError
-from tactile_maps.live.channels.calibration import load_calibration, save_calibration
-from tactile_maps.live.channels.calibration_log import CalibrationLog
-from tactile_maps.live.channels.force_calibration import CurveKind, fit_force
+from tactile_maps.live.calibration.calibration import load_calibration, save_calibration
+from tactile_maps.live.calibration.calibration_log import CalibrationLog
+from tactile_maps.live.calibration.force_calibration import fit_force
+from tactile_maps.live.calibration.force_curves import CurveKind
 from tactile_maps.live.prepare import as_measured
 from tactile_maps.live.readings.arrival import Arrived
 from tactile_maps.live.readings.readings import Reading, Unit

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from tactile_maps.core.errors import LiveError
-from tactile_maps.live.channels.calibration import load_calibration, save_calibration
-from tactile_maps.live.channels.matrix_calibration import (
+from tactile_maps.live.calibration.calibration import load_calibration, save_calibration
+from tactile_maps.live.calibration.matrix_calibration import (
     ForceVectorLog,
     fit_matrices,
     has_force_vectors,

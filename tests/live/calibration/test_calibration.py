@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tactile_maps.core.errors import LiveError
-from tactile_maps.live.channels.calibration import (
+from tactile_maps.live.calibration.calibration import (
     GRAVITY,
     Calibration,
     ValueMode,

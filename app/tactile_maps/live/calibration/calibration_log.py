@@ -23,7 +23,7 @@ import numpy as np
 
 from tactile_maps.core.arrays import ArrayFields, FloatArray
 from tactile_maps.core.errors import LiveError
-from tactile_maps.live.channels.calibration import GRAVITY
+from tactile_maps.live.calibration.calibration import GRAVITY
 from tactile_maps.live.channels.matching import TaxelMatcher, taxel_of
 from tactile_maps.live.readings.readings import Reading, Unit, labels_of
 from tactile_maps.live.readings.tables import decimal_number, read_cells, whole_number

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from tactile_maps.core.errors import LiveError
-from tactile_maps.live.channels.calibration import GRAVITY
-from tactile_maps.live.channels.calibration_log import CalibrationLog, read_calibration_log
+from tactile_maps.live.calibration.calibration import GRAVITY
+from tactile_maps.live.calibration.calibration_log import CalibrationLog, read_calibration_log
 from tests.support.touch import bar_skin
 
 SKIN = bar_skin()

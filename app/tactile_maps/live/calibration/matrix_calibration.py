@@ -19,7 +19,7 @@ import numpy as np
 
 from tactile_maps.core.arrays import ArrayFields, FloatArray, IntArray
 from tactile_maps.core.errors import LiveError
-from tactile_maps.live.channels.calibration import Calibration
+from tactile_maps.live.calibration.calibration import Calibration
 from tactile_maps.live.channels.matching import taxel_of
 from tactile_maps.live.readings.tables import decimal_number, read_cells, whole_number
 from tactile_maps.skin.model.skin import Skin

@@ -18,7 +18,7 @@ import numpy as np
 
 from tactile_maps.core.arrays import ArrayFields, FloatArray
 from tactile_maps.core.errors import LiveError
-from tactile_maps.live.channels.calibration_log import PLACE_COLUMN, TAXEL_CHANNEL, TAXEL_ID
+from tactile_maps.live.calibration.calibration_log import PLACE_COLUMN, TAXEL_CHANNEL, TAXEL_ID
 from tactile_maps.live.readings.readings import Reading, SourceEndedError
 from tactile_maps.live.readings.tables import decimal_number, read_cells
 from tactile_maps.live.sources.open import SourceOptions, open_source
