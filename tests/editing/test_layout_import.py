@@ -29,7 +29,7 @@ from tactile_maps.maps.build import build_map
 from tactile_maps.maps.evaluation.comparison import TaxelLayout, procrustes
 from tactile_maps.maps.formats.map_file import save_map
 from tactile_maps.maps.formats.svg import read_svg_taxels, write_svg
-from tactile_maps.skin.formats.icub_layout import IcubLayout, LayoutModule
+from tactile_maps.skin.formats.icub.layout import IcubLayout, LayoutModule
 from tactile_maps.skin.formats.taxel_files import taxel_sets, write_taxels
 from tactile_maps.skin.model.skin import Skin
 from tactile_maps.skin.model.taxel_set import TaxelSet

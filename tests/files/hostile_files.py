@@ -23,8 +23,8 @@ from tactile_maps.scene.scene_file import load_scene
 from tactile_maps.session.bundle import robot_from_zip
 from tactile_maps.session.prepare import open_scene
 from tactile_maps.skin.formats.csv_table import read_table
-from tactile_maps.skin.formats.icub_layout import read_icub_layout
-from tactile_maps.skin.formats.icub_positions import read_icub_positions
+from tactile_maps.skin.formats.icub.layout import read_icub_layout
+from tactile_maps.skin.formats.icub.positions import read_icub_positions
 from tactile_maps.skin.formats.npz import read_taxel_npz
 from tactile_maps.skin.formats.taxel_files import read_taxel_sets
 from tactile_maps.skin.formats.unige_json import read_unige

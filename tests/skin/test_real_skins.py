@@ -13,8 +13,8 @@ from tactile_maps.geometry.surface.connectivity import Connectivity
 from tactile_maps.maps.build import build_map
 from tactile_maps.maps.evaluation.comparison import compare_maps, drawn_layout
 from tactile_maps.maps.evaluation.quality import measure
-from tactile_maps.skin.formats.icub_layout import apply_layout, read_icub_layout
-from tactile_maps.skin.formats.icub_positions import read_icub_positions
+from tactile_maps.skin.formats.icub.layout import apply_layout, read_icub_layout
+from tactile_maps.skin.formats.icub.positions import read_icub_positions
 from tactile_maps.skin.formats.import_skin import NO_ROBOT
 from tactile_maps.skin.formats.taxel_files import read_taxels
 from tactile_maps.skin.model.taxel_set import TaxelSet

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from tactile_maps.skin.formats.icub_layout import IcubLayout, LayoutModule
-from tactile_maps.skin.formats.icub_positions import ROWS_PER_MODULE, THERMAL_PADS
+from tactile_maps.skin.formats.icub.layout import IcubLayout, LayoutModule
+from tactile_maps.skin.formats.icub.positions import ROWS_PER_MODULE, THERMAL_PADS
 from tactile_maps.skin.model.taxel_set import TaxelSet
 
 ARRAYS = ("numbers", "positions", "normals", "faces", "points", "modules")

@@ -25,7 +25,7 @@ from tactile_maps.maps.evaluation.comparison import TaxelLayout, drawn_layout
 from tactile_maps.maps.formats.svg import ROUNDING
 from tactile_maps.maps.model.layout import MapLayout, Placement, fit_placement
 from tactile_maps.maps.model.tactile_map import TactileMap
-from tactile_maps.skin.formats.icub_layout import apply_layout, read_icub_layout
+from tactile_maps.skin.formats.icub.layout import apply_layout, read_icub_layout
 from tactile_maps.skin.formats.taxel_files import read_taxel_sets, read_taxels
 from tactile_maps.skin.model.skin import Patch, Skin
 from tactile_maps.skin.model.taxel_set import TaxelSet

@@ -18,7 +18,7 @@ from tactile_maps.maps.build import build_map
 from tactile_maps.maps.evaluation.distortion import DistortionSummary
 from tactile_maps.maps.evaluation.quality import measure
 from tactile_maps.maps.formats.export import ENDINGS
-from tactile_maps.skin.formats.icub_layout import IcubLayout, LayoutModule
+from tactile_maps.skin.formats.icub.layout import IcubLayout, LayoutModule
 from tests.support.command_line import call, result_of
 from tests.support.example_taxels import write_icub_layout
 from tests.support.surfaces import sheet, skin_of

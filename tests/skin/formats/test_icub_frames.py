@@ -15,8 +15,8 @@ from tactile_maps.robots.files.mesh_files import box_mesh
 from tactile_maps.robots.library import icub_folder, load_robot
 from tactile_maps.scene.scene_file import load_scene, scene_for_taxels
 from tactile_maps.skin.fitting.frame_match import carrying_link, match_frame
-from tactile_maps.skin.formats.icub_frames import icub_frames
-from tactile_maps.skin.formats.icub_positions import read_icub_positions
+from tactile_maps.skin.formats.icub.frames import icub_frames
+from tactile_maps.skin.formats.icub.positions import read_icub_positions
 from tactile_maps.skin.formats.import_skin import TaxelFile
 from tests.skin.formats.test_icub_positions import module, positions_file
 from tests.support.example_robots import two_rods

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from tactile_maps.core.errors import SkinError
-from tactile_maps.skin.formats.icub_layout import (
+from tactile_maps.skin.formats.icub.layout import (
     IcubLayout,
     LayoutModule,
     apply_layout,
     read_icub_layout,
 )
-from tactile_maps.skin.formats.icub_positions import read_icub_positions
-from tactile_maps.skin.formats.icub_sensor_kinds import TRIANGLE
+from tactile_maps.skin.formats.icub.positions import read_icub_positions
+from tactile_maps.skin.formats.icub.sensor_kinds import TRIANGLE
 from tactile_maps.skin.model.taxel_set import TaxelSet
 from tests.support.example_taxels import strip
 from tests.support.findings import kinds

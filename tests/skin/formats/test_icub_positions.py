@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from tactile_maps.core.errors import RobotError, SkinError
-from tactile_maps.skin.formats import icub_positions
-from tactile_maps.skin.formats.icub_positions import (
+from tactile_maps.skin.formats.icub import positions as icub_positions
+from tactile_maps.skin.formats.icub.positions import (
     read_icub_positions,
     read_position_rows,
     write_icub_positions,

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.spatial.distance import cdist, pdist
 
-from tactile_maps.skin.formats.icub_layout import apply_layout, read_icub_layout
-from tactile_maps.skin.formats.icub_module_orientation import propose_orientations
-from tactile_maps.skin.formats.icub_sensor_kinds import KINDS
+from tactile_maps.skin.formats.icub.layout import apply_layout, read_icub_layout
+from tactile_maps.skin.formats.icub.module_orientation import propose_orientations
+from tactile_maps.skin.formats.icub.sensor_kinds import KINDS
 from tactile_maps.skin.formats.taxel_files import read_taxels, write_taxels
 from tactile_maps.skin.model.taxel_set import TaxelSet
 from tests.support.example_taxels import write_icub_layout

@@ -11,7 +11,7 @@ from tactile_maps.cli.commands.inspect import describe
 from tactile_maps.core.errors import TactileMapsError, UsageError
 from tactile_maps.core.file_kinds import FileKind
 from tactile_maps.core.files import files_read
-from tactile_maps.skin.formats import icub_positions
+from tactile_maps.skin.formats.icub import positions as icub_positions
 from tactile_maps.skin.formats.identify import identify, kind_of
 from tactile_maps.skin.open import SkinOptions, open_skin
 from tactile_maps.skin.taxel_placement.placement import PlacementSpec

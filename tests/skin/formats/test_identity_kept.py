@@ -13,8 +13,8 @@ from tactile_maps.maps.build import build_map
 from tactile_maps.maps.formats.export import write_map
 from tactile_maps.maps.formats.map_file import load_map
 from tactile_maps.maps.formats.svg import svg
-from tactile_maps.skin.formats.icub_layout import apply_layout, read_icub_layout
-from tactile_maps.skin.formats.icub_positions import read_icub_positions
+from tactile_maps.skin.formats.icub.layout import apply_layout, read_icub_layout
+from tactile_maps.skin.formats.icub.positions import read_icub_positions
 from tactile_maps.skin.formats.npz import read_taxel_npz
 from tactile_maps.skin.formats.taxel_files import read_taxel_sets, read_taxels, taxel_sets, write_taxels
 from tactile_maps.skin.model.skin import IDENTITY_FIELDS, LARGEST_NUMBER, Skin, TaxelIdentity

@@ -15,13 +15,13 @@ from tactile_maps.maps.build import build_map
 from tactile_maps.maps.formats.obj import read_map_obj, write_map_obj
 from tactile_maps.maps.model.layout import MapLayout, Placement
 from tactile_maps.maps.model.tactile_map import TactileMap
-from tactile_maps.skin.formats.icub_layout import (
+from tactile_maps.skin.formats.icub.layout import (
     IcubLayout,
     LayoutModule,
     apply_layout,
     read_icub_layout,
 )
-from tactile_maps.skin.formats.icub_module_orientation import propose_orientations, reoriented
+from tactile_maps.skin.formats.icub.module_orientation import propose_orientations, reoriented
 from tactile_maps.skin.formats.taxel_files import read_taxels, write_taxels
 from tactile_maps.skin.model.taxel_set import TaxelSet
 from tests.support.example_taxels import dome, strip, write_icub_layout

@@ -28,7 +28,7 @@ from tactile_maps.scene.scene_file import scene_names
 from tactile_maps.session.prepare import PreparedScene, open_scene, pad_findings
 from tactile_maps.session.prepared_cache import load_robot_cached, prepare_cached
 from tactile_maps.skin.controllable import controllable_share
-from tactile_maps.skin.formats.icub_layout import read_icub_layout
+from tactile_maps.skin.formats.icub.layout import read_icub_layout
 from tactile_maps.skin.formats.identify import identify, is_robot_with_taxels, kind_of
 from tactile_maps.skin.formats.import_skin import TaxelFile
 from tactile_maps.skin.formats.vendors.mapping_file import mapping_template

@@ -37,8 +37,8 @@ from tactile_maps.maps.model.taxel_frames import taxel_frames
 from tactile_maps.robots.library import load_robot
 from tactile_maps.robots.load import MESH_LINK
 from tactile_maps.skin.fitting.grid import GridSpec
-from tactile_maps.skin.formats.icub_layout import apply_layout, read_icub_layout
-from tactile_maps.skin.formats.icub_module_orientation import propose_orientations
+from tactile_maps.skin.formats.icub.layout import apply_layout, read_icub_layout
+from tactile_maps.skin.formats.icub.module_orientation import propose_orientations
 from tactile_maps.skin.formats.identify import holds_taxels, is_robot_with_taxels, kind_of
 from tactile_maps.skin.formats.mujoco_touch import mesh_folder, write_touch_sensors
 from tactile_maps.skin.formats.taxel_files import read_taxels

@@ -24,7 +24,7 @@ from tactile_maps.robots.model.robot import Robot
 from tactile_maps.skin.fitting.alignment import Alignment, align_to_mesh, align_to_touches, touch_centres
 from tactile_maps.skin.fitting.frame_match import carrying_link, match_frame
 from tactile_maps.skin.fitting.rigid_body import touchable_mesh
-from tactile_maps.skin.formats.icub_frames import icub_frames
+from tactile_maps.skin.formats.icub.frames import icub_frames
 from tactile_maps.skin.formats.import_skin import NO_ROBOT, TaxelFile
 from tactile_maps.skin.formats.taxel_files import write_taxels
 from tactile_maps.skin.model.taxel_set import TaxelSet

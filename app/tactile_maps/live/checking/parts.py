@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tactile_maps.core.arrays import ArrayFields, BoolArray, FloatArray, IntArray
-from tactile_maps.skin.formats.icub_positions import ROWS_PER_MODULE
+from tactile_maps.skin.formats.icub.positions import ROWS_PER_MODULE
 from tactile_maps.skin.model.skin import Skin, TaxelIdentity
 
 _SINGLE_TAXELS = 24

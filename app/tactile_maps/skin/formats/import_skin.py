@@ -21,8 +21,8 @@ from tactile_maps.robots.formats.touch_sensors import read_touch_sensors
 from tactile_maps.robots.model.robot import Robot
 from tactile_maps.skin.fitting.frame_match import carrying_link, match_frame
 from tactile_maps.skin.fitting.measured_taxels import place_taxels
-from tactile_maps.skin.formats.icub_frames import icub_frames
-from tactile_maps.skin.formats.icub_positions import read_icub_positions
+from tactile_maps.skin.formats.icub.frames import icub_frames
+from tactile_maps.skin.formats.icub.positions import read_icub_positions
 from tactile_maps.skin.formats.identify import MJCF_SUFFIXES, kind_of
 from tactile_maps.skin.formats.mujoco_touch import skin_of_touch_sensors
 from tactile_maps.skin.formats.taxel_files import read_taxel_sets

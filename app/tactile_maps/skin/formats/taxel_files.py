@@ -20,8 +20,8 @@ from tactile_maps.core.file_kinds import ALL_SUFFIXES, FileKind
 from tactile_maps.core.files import open_regular_file, read_bounded_file
 from tactile_maps.core.plugins import Plugin, Registry, guard_call
 from tactile_maps.skin.formats.csv_table import read_table, write_table
-from tactile_maps.skin.formats.icub_layout import flat_taxels, read_icub_layout
-from tactile_maps.skin.formats.icub_positions import read_icub_positions, write_icub_positions
+from tactile_maps.skin.formats.icub.layout import flat_taxels, read_icub_layout
+from tactile_maps.skin.formats.icub.positions import read_icub_positions, write_icub_positions
 from tactile_maps.skin.formats.npz import read_taxel_npz, write_taxel_npz
 from tactile_maps.skin.formats.unige_json import UnigeFile, UnigeMap, read_unige, write_unige
 from tactile_maps.skin.formats.urdf_tactile import read_urdf_taxels, write_urdf_taxels

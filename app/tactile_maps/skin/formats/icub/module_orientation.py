@@ -16,8 +16,8 @@ from scipy.spatial import cKDTree
 
 from tactile_maps.core.arrays import ArrayFields, BoolArray, FloatArray, IntArray
 from tactile_maps.core.errors import Finding, SkinError
-from tactile_maps.skin.formats.icub_layout import IcubLayout, LayoutModule
-from tactile_maps.skin.formats.icub_positions import ROWS_PER_MODULE
+from tactile_maps.skin.formats.icub.layout import IcubLayout, LayoutModule
+from tactile_maps.skin.formats.icub.positions import ROWS_PER_MODULE
 from tactile_maps.skin.model.taxel_set import TaxelSet
 
 NEIGHBOUR_DISTANCE = 0.008

@@ -20,8 +20,8 @@ import numpy as np
 from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray, readonly
 from tactile_maps.core.errors import Finding, SkinError, add_finding, errors_in_file
 from tactile_maps.core.files import read_bounded_text
-from tactile_maps.skin.formats.icub_positions import ROWS_PER_MODULE
-from tactile_maps.skin.formats.icub_sensor_kinds import KINDS, TRIANGLE, SensorKind
+from tactile_maps.skin.formats.icub.positions import ROWS_PER_MODULE
+from tactile_maps.skin.formats.icub.sensor_kinds import KINDS, TRIANGLE, SensorKind
 from tactile_maps.skin.model.taxel_set import MAX_COORDINATE, TaxelSet
 
 MAX_BYTES = 2**20
