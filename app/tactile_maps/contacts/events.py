@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Literal, NamedTuple, get_args
 
 from tactile_maps.contacts.detection.contact_shear import Slip
@@ -60,7 +61,7 @@ class ContactEvent:
     duration: float = 0.0
     travelled: float = 0.0
 
-    @property
+    @cached_property
     def words(self) -> str:
         """Short text such as "press on forearm, 4.2 N, 0.8 s"."""
         names = [link.replace("_", " ") for link in self.links]

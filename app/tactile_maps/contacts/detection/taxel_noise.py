@@ -42,13 +42,14 @@ The baseline is the mean of the same n readings, so readings above it have (1 + 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy import stats
 from scipy.optimize import brentq
 from scipy.special import chdtrc, digamma, ndtr, polygamma, stdtr, stdtrit
 
-from tactile_maps.core.arrays import ArrayFields, FloatArray, IntArray, dot
+from tactile_maps.core.arrays import ArrayFields, FloatArray, IntArray, dot, readonly
 
 _EXACT_FREEDOM = 1e6
 """Degrees of freedom from which on a standard deviation counts as known exactly."""
@@ -95,7 +96,16 @@ class TaxelNoise(ArrayFields):
 
     def limits(self, deviations: float) -> FloatArray:
         """(n,) reading [Pa] exceeded as rarely as ``deviations`` standard deviations of a normal distribution."""
-        return self.scale * student_factor(deviations, self.freedom) * self.sd
+        limits = self._limits.get(deviations)
+        if limits is None:  # the quantiles of 500 taxels take 0.4 ms, and each reading is compared with them
+            limits = readonly(self.scale * student_factor(deviations, self.freedom) * self.sd)
+            self._limits[deviations] = limits
+        return limits
+
+    @cached_property
+    def _limits(self) -> dict[float, FloatArray]:
+        """Computed limits by their standard deviations."""
+        return {}
 
     def exceeded(self, deviations: float, forces: FloatArray, taxels: IntArray, areas: FloatArray) -> bool:
         """Whether some of the taxels together bear more force than noise of ``deviations`` standard deviations.

@@ -83,6 +83,22 @@ def test_slow_pictures_that_follow_each_other_have_low_resolution_until_nothing_
     assert canvas.qualities == [1.0, 1.0, 1.0, 0.5, 0.5, 0.5, 2.0]
 
 
+def test_pause_after_a_picture_is_as_long_as_it_took_less_the_time_used_for_the_map(draw, qtbot):
+    canvas, drawing = draw(100.0)
+    pauses = []
+
+    def request(_ms):
+        pauses.append([round(drawing.rest_ms(ahead)) for ahead in (0.0, 10.0, 1000.0)])
+        if len(pauses) < 5:
+            drawing.request()
+
+    drawing.drawn.connect(request)
+    drawing.now()
+    qtbot.waitUntil(lambda: len(pauses) == 5)
+    assert canvas.qualities == [1.0, 1.0, 1.0, 0.5, 0.5]
+    assert pauses == [*3 * [[100, 90, 50]], *2 * [[25, 15, 12]]]
+
+
 @pytest.fixture
 def canvas(qtbot):
     canvas = ImageCanvas()

@@ -261,7 +261,8 @@ class ForceTraces:
         self._regions.add(time, {str(region.id): region.force for region in kept})
         self._regions.forget_silent()
         self._living = tuple((region.id, region.link) for region in kept)
-        return tuple(int(name) for name in before if name not in self._regions.names)
+        after = set(self._regions.names)
+        return tuple(int(name) for name in before if name not in after)
 
     def draw(self) -> None:
         """Draw the stored samples."""

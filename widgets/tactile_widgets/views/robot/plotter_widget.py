@@ -170,7 +170,8 @@ def _renderer_name(context: QOpenGLContext) -> str:
 
 SHORTEST_WAIT_MS = 15.0
 REST_MS = 150
-"""Time after which an unchanged picture is drawn again at twice the resolution, which smooths its edges."""
+"""Time after the pause between two pictures from which an unchanged picture is drawn again at twice the resolution,
+which smooths its edges."""
 HALF_RESOLUTION_FROM_MS = 25.0
 """Drawing time above which pictures are drawn at half the resolution while the view is turned."""
 HALF_RESOLUTION_IN_A_ROW_FROM_MS = 40.0
@@ -207,7 +208,8 @@ class RenderScheduler(QObject):
         self._canvas = canvas
         self._clock = clock
         self.shortest_ms = SHORTEST_WAIT_MS
-        self._last_ms = 0.0
+        self._last_ms = 0.0  # at full resolution
+        self._taken_ms = 0.0
         self._moving = False
         self._in_a_row = 0
         self._ended = -1e9
@@ -222,12 +224,21 @@ class RenderScheduler(QObject):
         """Whether a picture is pending."""
         return self._soon.isActive() or self._rest.isActive()
 
-    @property
-    def rest_ms(self) -> float:
-        """Time for which nothing may be drawn, so that drawing uses at most half of the time [ms]."""
+    def rest_ms(self, ahead_ms: float = 0.0) -> float:
+        """Return the time for which nothing may be drawn, so that drawing uses at most half of the time [ms].
+
+        Args:
+            ahead_ms: Time that is used before the next picture; at most half of the pause is used for it.
+        """
         if self._soon.isActive():
             return self.shortest_ms
-        return max(self._ended + max(self.shortest_ms, self._last_ms) - 1e3 * self._clock(), 0.0)
+        pause = self._pause_ms
+        return max(self._ended + pause - min(ahead_ms, pause / 2) - 1e3 * self._clock(), 0.0)
+
+    @property
+    def _pause_ms(self) -> float:
+        """Time between the end of a picture and the next one [ms]."""
+        return max(self.shortest_ms, self._taken_ms)
 
     def request(self, *, moving: bool = False) -> None:
         """Draw soon; ``moving`` while the user turns the view, where speed matters more than sharpness."""
@@ -236,7 +247,7 @@ class RenderScheduler(QObject):
         if 1e3 * self._clock() - self._ended > _ROW_MS:
             self._in_a_row = 0
         if not self._soon.isActive():
-            self._soon.start(round(max(self.shortest_ms, self._last_ms)))
+            self._soon.start(round(self._pause_ms))
 
     def hurry(self) -> None:
         """Draw a requested picture without further waiting."""
@@ -259,7 +270,7 @@ class RenderScheduler(QObject):
         hasty |= self._in_a_row >= _IN_A_ROW and self._last_ms > HALF_RESOLUTION_IN_A_ROW_FROM_MS
         self._draw(0.5 if hasty else 1.0)
         if hasty or self._last_ms <= REDRAW_UP_TO_MS:
-            self._rest.start(REST_MS)
+            self._rest.start(round(REST_MS + self._pause_ms))  # the next picture of a row is due before
 
     def _on_rest(self) -> None:
         self._moving = False
@@ -276,4 +287,5 @@ class RenderScheduler(QObject):
         if quality <= 1.0:
             # Scaled to full resolution; otherwise the quality would alternate with the speed.
             self._last_ms = update + (elapsed - update) / quality**2
+            self._taken_ms = elapsed
         self.drawn.emit(elapsed)

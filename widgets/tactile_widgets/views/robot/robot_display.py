@@ -113,11 +113,14 @@ class RobotDisplay(QObject):
             if not self.actors.shows(frame):
                 self.request()
 
-    def rest_ms(self, frame: Frame) -> float:
-        """Return the time until ``frame`` can be drawn [ms]; 0 if it changes nothing, or the view is hidden."""
+    def rest_ms(self, frame: Frame, ahead_ms: float) -> float:
+        """Return the time until ``frame`` can be shown, ``ahead_ms`` before it is drawn [ms].
+
+        It is 0 if the frame changes nothing, or the view is hidden.
+        """
         if not self._visible or self.actors.shows(frame):
             return 0.0
-        return self._drawing.rest_ms
+        return self._drawing.rest_ms(ahead_ms)
 
     def set_frame_rate(self, most: int) -> None:
         """Set the maximum number of pictures per second."""
@@ -280,11 +283,11 @@ class RobotDisplay(QObject):
         Raises:
             RobotError: A location is given, and no robot is shown.
         """
-        return self._pixel_at(self.actors.viewpoint.focus if at is None else self._world(at))
-
-    def _pixel_at(self, point: FloatArray) -> float:
-        """Size of a pixel at a point (3,) of the world [m]."""
         view = self.actors.viewpoint
+        return self._pixel_at(view.focus if at is None else self._world(at), view)
+
+    def _pixel_at(self, point: FloatArray, view: Viewpoint) -> float:
+        """Size of a pixel of the picture from ``view`` at a point (3,) of the world [m]."""
         depth = float((point - view.eye) @ view.axes[2])
         return 2 * depth * float(np.tan(np.radians(view.view_angle) / 2)) / max(self.size[1], 1)
 
@@ -365,7 +368,7 @@ class RobotDisplay(QObject):
                 view.pixels(arrow, size),
                 self._task.force_words(region, units),
                 bool((arrow[0] - arrow[1]) @ (view.eye - arrow[1]) < 0),
-                ring_radius(region) / self._pixel_at(arrow[1]),
+                ring_radius(region) / self._pixel_at(arrow[1], view),
             )
             for arrow, region in self.actors.forces[:LABELLED]
             if view.in_front(arrow).all()
