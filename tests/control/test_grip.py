@@ -90,7 +90,7 @@ def test_contacts_that_do_not_oppose_each_other_bear_their_own_forces(way):
     assert raised(between(7.0, -3.0, **way), robot=bar())[0] == pytest.approx(7.0 / 0.4)
 
 
-@pytest.mark.parametrize("friction_use", [0.7, float("inf")])
+@pytest.mark.parametrize("friction_use", [0.7, pytest.param(float("inf"), marks=pytest.mark.long)])
 def test_a_pulled_contact_is_held_only_with_the_setting(friction_use):
     scene = load_scene("slip")
     settings = ControlSettings(controller="hold_force", force_goal=2.0, friction_use=friction_use)
@@ -109,6 +109,7 @@ def test_a_pulled_contact_is_held_only_with_the_setting(friction_use):
     assert held == (friction_use < 1), region.shear
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("friction_use", [0.7, float("inf")])
 def test_block_between_two_fingers_is_lifted_only_with_the_setting(friction_use):
     scene = load_scene("carry")
@@ -129,7 +130,7 @@ def test_measured_shear_explains_the_torques_of_a_dragged_contact():
     session = Session(prepared, settings=ControlSettings(controller="hold_force", force_goal=3.0))
     skin = prepared.skin
     session.submit(PokePressed(1, skin.taxel_point(300), Finger(speed=0.05)))
-    session.run_for(1.0)
+    session.run_for(0.4)
     session.submit(PokePulled(1, skin.taxel_point(301)))
     frame = session.run_for(0.5)
     (region,) = frame.regions

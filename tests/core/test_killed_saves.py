@@ -173,7 +173,7 @@ def test_killed_save_leaves_the_old_file_or_the_new_one(child, tmp_path, name):
     assert child.call(old_or_new, tmp_path, name, seconds=SECONDS) >= 8
 
 
-@pytest.mark.parametrize("every", [23, pytest.param(1, marks=pytest.mark.long)])
+@pytest.mark.parametrize("every", [61, pytest.param(1, marks=pytest.mark.long)])
 def test_killed_recording_keeps_all_but_the_last_chunk(child, tmp_path, every):
     kept = [frames for _, frames in sorted(child.call(recorded_so_far, tmp_path, every, seconds=SECONDS))]
     assert kept == sorted(kept), "the more is on the disk the more is read back"

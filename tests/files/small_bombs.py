@@ -776,8 +776,9 @@ LONG = frozenset(
         "scene objects",
         "glb chain",
         "dae instances",
+        "obj same groups",
     )
-) - {"xml comments", "csv wide", "npz shape", "mcap broken records", "xacro doubling"}
+) - {"xml comments", "csv wide", "npz shape"}
 """Files that take more than half a second to make or to read; the others are part of the default tests."""
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from tests.files import damaged_files
 
-DEFAULT = 500
+DEFAULT = 200
 ALL = 50_000
 MEMORY = 2 * 2**30
 

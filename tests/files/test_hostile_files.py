@@ -90,6 +90,7 @@ def test_a_spike_of_a_hundred_radii_is_mapped_or_refused_quickly(tmp_path, call_
     assert outcome == "ok" or outcome.startswith("refused: "), outcome
 
 
+@pytest.mark.long
 def test_a_spike_of_a_thousand_radii_is_mapped_in_seconds(tmp_path, call_all):
     """Nearly all taxels go to the needle; pressed together and growing it would buckle and lie on itself."""
     path = spiked_sphere(tmp_path / "spike.stl", 1000.0, 3)

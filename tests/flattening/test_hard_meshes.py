@@ -27,7 +27,22 @@ from tests.hard_cases.meshes import GROUPS, HOPELESS, hard_mesh, loose_pieces, s
 from tests.support.child_process import Child
 from tests.support.surfaces import sheet
 
-EVERY = [pytest.param(name, id=f"{group}: {name}") for group, names in GROUPS.items() for name in names]
+SLOW = frozenset(
+    f"{group}: {name}"
+    for group, names in {
+        "edges": ["random faces"],
+        "junctions": ["half refined", "refined at random", "round, refined at random"],
+        "holes": ["three holes"],
+        "shapes": ["tube 300", "strip 100,000", "needle 1000", "two needles", "comb 50", "limbs", "limbs and handles"],
+    }.items()
+    for name in names
+)
+"""Meshes that take 0.3 to 2.3 s each; the others take 0.15 s."""
+EVERY = [
+    pytest.param(name, id=case, marks=pytest.mark.long if case in SLOW else ())
+    for group, names in GROUPS.items()
+    for name, case in ((name, f"{group}: {name}") for name in names)
+]
 UNIQUE = ("loose triangles", "slivers 1e-3", "turned at random", "one wide", "comb")
 """Meshes with one best map; where seams must be chosen among equals, which of them depends on rounding."""
 SECONDS = 120.0
@@ -44,11 +59,13 @@ def child() -> Iterator[Child]:
     process.close()
 
 
+@pytest.mark.sampled(24)
 @pytest.mark.parametrize("name", EVERY)
 def test_any_mesh_gets_a_map_that_is_one_to_one_and_exact(name: str, child: Child) -> None:
     child.call(check_named, name, seconds=SECONDS)
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", GROUPS["shells"])
 def test_so_does_its_outer_surface_alone(name: str, child: Child) -> None:
     child.call(check_named, name, "outer", seconds=SECONDS)

@@ -56,9 +56,9 @@ class BoundedProcess:
         self._process.communicate()
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def call_all() -> Iterator[Callable[..., list[str]]]:
-    """``BoundedProcess.call_all`` of a process shared by the tests of a module."""
+    """``BoundedProcess.call_all`` of a process that all tests share: its imports take 2 s."""
     if sys.platform != "linux":
         pytest.skip("the limits need fork and /proc")
     process = BoundedProcess()

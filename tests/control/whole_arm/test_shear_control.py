@@ -46,12 +46,13 @@ def shear_on_map(prepared, frame):
 def test_shear_and_force_reach_their_goals_in_size_and_direction(controller):
     prepared = ball_on_forearm(((20.0, *DOWN[1:]),))
     settings = ControlSettings(controller, force_goal=4.0, shear_goal=1.0, shear_direction=0.5)
-    frame = Session(prepared, settings=settings).run_for(4.0)
+    frame = Session(prepared, settings=settings).run_for(3.2)
     assert frame.regions[0].force == pytest.approx(4.0, abs=0.05)
     assert shear_on_map(prepared, frame) == pytest.approx([np.cos(0.5), np.sin(0.5)], abs=0.05)
     assert LimitKind.SHEAR_GOAL_LIMITED not in kinds(frame.why_limited)
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("controller", CONTROLLERS)
 def test_arm_yields_to_a_ball_that_is_pulled_with_more_than_the_limit(controller):
@@ -84,6 +85,7 @@ def guided(threshold):
     return way[0], pull, frames[-1].regions[0].force
 
 
+@pytest.mark.long
 def test_hand_that_drags_the_skin_needs_less_force_where_shear_is_measured():
     """The force times the way of 60 mm is the effort; without shear the arm follows the place of the sliding hand."""
     way, pull, force = guided(0.3)

@@ -29,9 +29,22 @@ def test_triangles_are_well_shaped() -> None:
     assert np.percentile(2 * surface.face_areas / longest**2, 1) > 0.3  # height over longest side
 
 
-@pytest.mark.rotating
-@pytest.mark.parametrize("closing", [0.012, 0.0])
-@pytest.mark.parametrize("name", ["two components", "cube", "torus"])
+@pytest.mark.parametrize(
+    ("name", "closing"),
+    [
+        ("two components", 0.012),
+        *(
+            pytest.param(name, closing, marks=pytest.mark.long)
+            for name, closing in (
+                ("two components", 0.0),
+                ("cube", 0.012),
+                ("cube", 0.0),
+                ("torus", 0.012),
+                ("torus", 0.0),
+            )
+        ),
+    ],
+)
 def test_exact_distance_is_computed_at_few_nodes_without_effect_on_the_surface(
     monkeypatch: pytest.MonkeyPatch, name: str, closing: float
 ) -> None:

@@ -18,6 +18,7 @@ from tactile_maps.editing.arrange import rotate
 from tactile_maps.editing.document_file import load_document
 from tactile_maps.maps.formats.map_file import save_map
 from tactile_maps.scene.scene_file import load_scene
+from tactile_maps.session.prepared_cache import prepare_cached
 from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.common.mode import Mode
 from tactile_widgets.dialogs.dialogs import Button
@@ -28,11 +29,25 @@ from tests.widgets.support.window_driver import answer, press_map, run
 
 pytestmark = pytest.mark.usefixtures("scene_cache")
 LEFT = Qt.MouseButton.LeftButton
+TAXELS = 150
+COARSE = 0.01
+"""Thickness of the skin [m]; its triangles are as large."""
 
 
 @pytest.fixture(scope="module")
 def prepared(coarse_prepared):
     return coarse_prepared
+
+
+@pytest.fixture(autouse=True)
+def opened_coarse(monkeypatch):
+    """Open every robot and scene in a coarse skin, which is prepared in a tenth of the time."""
+
+    def prepare_coarse(scene, **options):
+        cover = replace(scene.cover, taxels=min(scene.cover.taxels, TAXELS), thickness=COARSE)
+        return prepare_cached(replace(scene, cover=cover), **options)
+
+    monkeypatch.setattr("tactile_widgets.jobs.scene_jobs.prepare_cached", prepare_coarse)
 
 
 @pytest.fixture
@@ -98,7 +113,7 @@ def test_drawn_path_is_asked_about_and_kept(window):
     assert not window.isWindowModified()
 
 
-@pytest.mark.parametrize("name", ["take_over", "connect"])
+@pytest.mark.parametrize("name", ["take_over", pytest.param("connect", marks=pytest.mark.long)])
 def test_act_in_a_recording_asks_about_the_path_behind_it(window, tmp_path, name):
     window.live.recording.start(tmp_path / "a.mcap")
     run(window, 0.2)
@@ -255,6 +270,7 @@ def test_path_and_behaviours_are_restored_after_a_crash(window, prepared):
     assert window.presenters.map_files.unsaved[-3:] == ("path", "controller", "behaviours")
 
 
+@pytest.mark.long
 def test_recording_with_the_same_path_is_taken_over_without_a_question(window, tmp_path, qtbot):
     draw_path(window, (5, 12, 20))
     own = made(window)
@@ -277,6 +293,7 @@ def test_change_by_a_behaviour_is_not_work_of_the_user(window):
     assert window.presenters.map_files.unsaved == ("behaviours",)
 
 
+@pytest.mark.long
 def test_repeated_touches_keep_behaviours_and_contact_detection(window, tmp_path):
     window.live.recording.start(tmp_path / "a.mcap")
     pixel = press_map(window, 20)
