@@ -45,12 +45,14 @@ def test_light_wide_body_is_noted_with_force_pressure_and_threshold(tmp_path, sk
     assert "below the threshold of 1 kPa, so no contact is reported" in contact_note_text(note)
 
 
+@pytest.mark.long
 def test_body_above_the_threshold_is_not_noted(tmp_path):
     found, frame = notes(tmp_path, mass=0.5)
     assert frame.regions
     assert found == []
 
 
+@pytest.mark.long
 def test_threshold_of_the_sensor_counts_where_it_is_higher(tmp_path):
     (note,), frame = notes(tmp_path, mass=0.5, effects="threshold = { at = 2500.0 }")
     assert not frame.regions

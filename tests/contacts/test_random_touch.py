@@ -114,6 +114,7 @@ def test_the_sum_of_pressure_times_area_is_the_force(models, load, which):
         assert abs(pressures @ SKIN.areas / load.force - 1) < 1e-12
 
 
+@pytest.mark.long
 @given(several=st.lists(loads(st.floats(1e-3, 1e3)), min_size=1, max_size=5), which=st.integers(0, 1))
 @examples(60)
 def test_several_loads_add_up(models, several, which):
@@ -124,6 +125,7 @@ def test_several_loads_add_up(models, several, which):
     assert abs(together @ SKIN.areas / sum(load.force for load in several) - 1) < 1e-12
 
 
+@pytest.mark.long
 @given(load=loads(st.floats(1e-3, 1e3)), seed=st.integers(0, 50), away=st.floats(0, 2.0))
 @examples(60)
 def test_a_link_moved_with_all_that_presses_it_feels_the_same(load, seed, away):

@@ -204,6 +204,7 @@ def false_contacts(readings, seed, seconds):
     return found, looked
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("readings", [5, 50])
 def test_noise_over_two_decades_is_no_contact(readings):

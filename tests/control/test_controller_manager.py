@@ -104,6 +104,7 @@ def test_remaining_torque_of_the_previous_controller_fades():
     assert bench.step(ticks=800).torque == [0.0]
 
 
+@pytest.mark.long
 def test_rest_posture_is_used_by_every_controller():
     bench = Bench(posture=0.0)
     assert bench.manager.rest == [0.0], "the robot's home, until it is set"
@@ -229,6 +230,7 @@ def test_integral_does_not_wind_up_at_the_torque_limit(controller):
     assert turned[0] == turned[1] < 50
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("controller", INTEGRAL)
 def test_integral_does_not_grow_while_the_arm_is_wedged_below_its_torque_limit(controller):

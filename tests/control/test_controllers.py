@@ -185,6 +185,7 @@ def test_untouched_arm_returns_to_rest_or_stays_by_task(task, stays):
     assert (abs(bench.step(ticks=800).posture[0]) > 0.4) == stays
 
 
+@pytest.mark.long
 def test_return_after_a_lost_contact_is_slow_and_reported():
     """The lost contact may be in the way."""
     bench = Bench("hybrid", [0.5], follows=True)

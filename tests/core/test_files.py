@@ -289,6 +289,7 @@ def test_array_with_too_many_rows_is_rejected_before_unpacking():
     assert len(unpack_arrays(data, error=SkinError, max_rows={"places": 1_000_000})[1]["12_places"]) == 1_000_000
 
 
+@pytest.mark.long
 def test_too_many_arrays_are_rejected():
     with pytest.raises(SkinError, match="implausible size"):
         unpack_arrays(members(**{f"m{i}": b"" for i in range(10_001)}), error=SkinError)

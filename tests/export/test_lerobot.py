@@ -102,6 +102,7 @@ def test_statistics_are_those_of_all_frames(folder, frames):
     assert stats["count"] == [len(frames)]
 
 
+@pytest.mark.long
 def test_a_gap_begins_another_episode(damaged, tmp_path):
     player = export_recording(damaged, tmp_path / "set", to="lerobot")
     (first, second) = parquet.read_table(tmp_path / "set/meta/episodes/chunk-000/file-000.parquet").to_pylist()

@@ -102,6 +102,7 @@ def child() -> Iterator[Child]:
     process.close()
 
 
+@pytest.mark.long
 @examples(60, derandomize=True, phases=[Phase.generate])  # a hang is not worth shrinking
 @given(
     shape=st.sampled_from(sorted(SHAPES)),

@@ -70,6 +70,7 @@ def test_the_simple_method_adds_no_seam():
     assert len(chart.energies) == 1
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["spiral", "sieve"])
 def test_overlap_is_avoided_with_a_finding(name):
     chart = flatten(named(name))
@@ -108,6 +109,7 @@ def test_a_surface_without_area_is_a_named_error():
         flatten(Mesh(np.zeros((3, 3)), [[0, 1, 2]]))
 
 
+@pytest.mark.long
 def test_the_same_surface_gives_the_same_map_to_the_bit():
     first = flatten(named("sieve"))
     second = flatten(named("sieve"))
@@ -201,7 +203,7 @@ def test_the_edges_of_the_surface_and_of_its_cut_are_worked_out_once(sorted_face
     assert sorted_faces == {surface.faces.tobytes(): 1, chart.faces.tobytes(): 1}
 
 
-@pytest.mark.sampled(2)
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("name", ["hemisphere", "spiral"])
 @pytest.mark.parametrize("short_of", ["rounds", "factorisations"])
 def test_a_descent_cut_short_is_still_one_to_one_and_says_where_it_stopped(name, short_of, monkeypatch):

@@ -255,6 +255,7 @@ def test_a_dragged_pin_is_followed_within_a_frame():
     assert patch.still
 
 
+@pytest.mark.long
 def test_after_a_few_still_frames_the_energy_is_within_a_hundredth_of_the_least():
     for surface, chart in (dome(), waves()):
         patch, numbers, places = pinned(surface, chart)
@@ -266,6 +267,7 @@ def test_after_a_few_still_frames_the_energy_is_within_a_hundredth_of_the_least(
         assert least.energy <= patch.energy <= 1.01 * least.energy
 
 
+@pytest.mark.long
 def test_energy_returns_with_the_pin():
     surface, chart = dome()
     patch, numbers, places = pinned(surface, chart)
@@ -349,6 +351,7 @@ class TestWishesThatContradictEachOther:
         dragged(patch, numbers[0], [places[0] + [far, 0.0]] * 30)
         assert patch.lag > 0, "what cannot be is told"
 
+    @pytest.mark.long
     def test_onto_another(self):
         surface, chart = dome()
         patch, numbers, places = pinned(surface, chart)

@@ -23,6 +23,7 @@ def distances(mesh: Mesh, axes: slice) -> np.ndarray:
     return np.linalg.norm(mesh.vertices[mesh.faces].mean(axis=1)[:, axes], axis=1)
 
 
+@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("rounded", [False, True])
 @pytest.mark.parametrize("half_angle", [np.pi / 2, 2 * np.pi / 3])
@@ -43,6 +44,7 @@ def test_the_inner_wall_of_a_tube_is_found_in_any_unit(scale: float) -> None:
     assert np.array_equal(inner, distances(mesh, slice(2)) < 0.0275)
 
 
+@pytest.mark.long
 def test_only_outermost_side_of_nested_walls_remains() -> None:
     sheets = joined(frustum(0.05, 0.05, length=0.2), frustum(0.046, 0.046, length=0.2))
     assert np.array_equal(found(sheets), distances(sheets, slice(2)) < 0.048)
@@ -51,6 +53,7 @@ def test_only_outermost_side_of_nested_walls_remains() -> None:
     assert np.array_equal(found(walls)[sides], distances(walls, slice(2))[sides] < 0.0285)
 
 
+@pytest.mark.long
 def test_a_rib_in_a_cavity_belongs_to_its_inner_wall_and_one_outside_does_not() -> None:
     up = np.linspace(0, 0.1, 16)
     down = np.linspace(0.1, 0, 16)

@@ -105,6 +105,7 @@ def test_one_packet_that_is_replayed_many_times_is_no_restart():
     assert (tracker.counts.restarts, tracker.counts.duplicated) == (0, 50)
 
 
+@pytest.mark.long
 def test_packet_of_the_old_count_does_not_stop_the_new_one():
     tracker = ArrivalTracker()
     for number in range(5000):
@@ -143,6 +144,7 @@ def _received(tracker, packets, start):
     return [tracker.take(packet, start + 0.01 * place) for place, packet in enumerate(packets)]
 
 
+@pytest.mark.long
 @given(_sent(40, 0, 0.0))
 def test_loss_repeats_and_reordering_are_no_restart(packets):
     tracker = ArrivalTracker(patience=0.15)

@@ -414,6 +414,7 @@ def noisy(number, *, dead=30, values=None):
     return read
 
 
+@pytest.mark.long
 def test_broken_channel_is_estimated_and_recorded(tmp_path):
     measured = session(quiet_seconds=1.0)
     path = tmp_path / "dead.mcap"

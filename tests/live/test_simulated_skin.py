@@ -50,6 +50,7 @@ def test_two_covers_that_meet_read_what_elasticity_says(overlap):
     assert np.isclose(pressures.max(), confined_pressure(overlap), rtol=1e-6)
 
 
+@pytest.mark.long
 def test_a_posture_has_no_history():
     skin = SimulatedSkin(prepared())
     first = skin.pressures(np.array([0.032]))

@@ -152,6 +152,7 @@ def measures(maps):
     return gains[:, 0] / gains[:, 1], np.abs(turn), np.linalg.det(maps)
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize(
     ("sigma_mm", "raw_p50", "raw_p95", "inverted", "fit_p95", "fit_turn_p95"),
@@ -205,6 +206,7 @@ def test_on_a_bent_skin_it_follows_the_surface_between_the_taxels():
     assert np.percentile(off, 95) < 10.0, "at a pitch of 30 mm on links of 36 mm: two rings would be off by 14"
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize(("sd", "least"), [(0.001, 2.5), (0.002, 2.5), (0.004, 2.0)])
 def test_misplaced_taxels_turn_triangles_and_hardly_the_smoothed_normal(sd, least):

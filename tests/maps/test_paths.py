@@ -50,6 +50,7 @@ def _direction_on_body(map_, at, step):
     return share @ (corners[1:] - corners[0])
 
 
+@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", sorted(TUBES))
 @pytest.mark.parametrize("mirrored", [False, True])

@@ -97,6 +97,7 @@ def test_neither_does_place_nor_direction(name):
     assert moved.energies[-1] == pytest.approx(_chart(name).energies[-1], rel=1e-6)
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("name", ["saddle", "cap", "sieve"])
 def test_a_jitter_of_rounding_size_changes_nothing_visible(name):

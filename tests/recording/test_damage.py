@@ -230,6 +230,7 @@ def test_no_flipped_bit_is_silent(recording, tmp_path, seed):
         assert len(player) + lost == LAST - FIRST + 1
 
 
+@pytest.mark.long
 def test_after_a_record_whose_length_is_wrong_it_goes_on_at_the_next_chunk(recording, tmp_path):
     number = without_inputs(recording)[3]
     with recording.open("rb") as stream:
@@ -296,6 +297,7 @@ def test_an_input_left_out_is_told_though_every_frame_is_there(recording, tmp_pa
     assert not player.complete
 
 
+@pytest.mark.long
 def test_what_is_recovered_says_what_its_source_had_lost(recording, tmp_path):
     number = without_inputs(recording)[4]
     start, size = chunk_spans(recording)[number]

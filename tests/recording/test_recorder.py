@@ -144,6 +144,7 @@ def test_ctrl_c_at_any_moment_loses_nothing(tmp_path):
     assert (player.damage, len(player)) == ((), recorder.frames)
 
 
+@pytest.mark.long
 def test_closing_twice_is_harmless(prepared, tmp_path):
     recorder = Recorder(prepared, tmp_path / "a.mcap")
     recorder.write(Session(prepared).frame, [])
@@ -181,6 +182,7 @@ def until_it_stops(session, recorder) -> None:
             recorder.write(frame, session.inputs)
 
 
+@pytest.mark.long
 def test_a_report_stops_again_at_the_same_tick_with_the_same_words(tmp_path):
     session = stopped()
     path = save_failure_report(session, tmp_path / "report.mcap")
@@ -193,6 +195,7 @@ def test_a_report_stops_again_at_the_same_tick_with_the_same_words(tmp_path):
     assert outcome.stopped == session.failure.problem
 
 
+@pytest.mark.long
 def test_a_recording_of_the_whole_run_ends_so_too(tmp_path):
     session = stopped(path=tmp_path / "run.mcap")
     outcome = verify(RecordingPlayer(tmp_path / "run.mcap"))
@@ -200,6 +203,7 @@ def test_a_recording_of_the_whole_run_ends_so_too(tmp_path):
     assert outcome.stopped == session.failure.problem
 
 
+@pytest.mark.long
 def test_a_recovered_report_still_stops(tmp_path):
     save_failure_report(stopped(), tmp_path / "report.mcap")
     recover(tmp_path / "report.mcap", tmp_path / "again.mcap")
@@ -218,6 +222,7 @@ def test_stopping_at_another_tick_is_noticed(tmp_path, later):
     assert outcome.first_difference == tick + min(later, 0)
 
 
+@pytest.mark.long
 def test_the_same_failure_in_other_words_is_the_same(tmp_path):
     session = stopped(path=tmp_path / "run.mcap")
     player = RecordingPlayer(tmp_path / "run.mcap")

@@ -154,6 +154,7 @@ def test_error_keeps_the_old_recording_and_the_new_part_and_names_both(prepared,
     make_recording(prepared, path, overwrite=True)  # the lock is released
 
 
+@pytest.mark.long
 def test_error_before_the_first_frame_or_of_a_new_recording_adds_no_note(prepared, tmp_path):
     path = tmp_path / "touch.mcap"
     session = Session(prepared)
@@ -212,6 +213,7 @@ def test_a_special_file_is_refused(prepared, tmp_path, kind):
     assert is_special(path)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("exists", [True, False])
 def test_a_symbolic_link_stays(prepared, tmp_path, exists):
     (tmp_path / "files").mkdir()
@@ -240,6 +242,7 @@ def test_a_recording_that_can_no_longer_take_its_name_is_kept_and_named(prepared
     assert open_recording(tmp_path / "touch.new.mcap").complete
 
 
+@pytest.mark.long
 def test_the_longest_name_can_be_replaced(prepared, tmp_path):
     path = tmp_path / ("x" * 250 + ".mcap")
     make_recording(prepared, path)

@@ -31,6 +31,7 @@ def copy(recording, tmp_path):
     return path
 
 
+@pytest.mark.long
 def test_a_part_holds_its_frames_and_is_simulated_again(copy, tmp_path):
     before = copy.read_bytes()
     whole = RecordingPlayer(copy)

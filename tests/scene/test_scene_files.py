@@ -121,6 +121,7 @@ def test_any_text_is_read_or_rejected(text):
     check(text)
 
 
+@pytest.mark.long
 @examples(200)
 @given(st.integers(0, len(TEXT)), st.integers(0, 20), st.text('[]{}"=.#\n', max_size=5))
 def test_scene_with_a_part_removed_is_read_or_rejected(start, length, instead):
@@ -186,6 +187,7 @@ stimuli = st.one_of(
 )
 
 
+@pytest.mark.long
 @given(script=st.lists(stimuli, max_size=6))
 @examples(60)
 def test_stimuli_are_written_and_read(script):

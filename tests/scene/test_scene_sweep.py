@@ -90,6 +90,7 @@ def test_invalid_setting_is_named(key, value, words):
         varied_scene(load_scene("poke"), {key: value}, file="s.toml")
 
 
+@pytest.mark.long
 def test_shipped_sweep_fits_its_scene():
     sweep = load_sweep("pokes")
     scene = load_scene("poke")

@@ -48,6 +48,7 @@ def test_log_reads_like_the_list_of_its_inputs(inputs, start, end):
         log[len(inputs)]
 
 
+@pytest.mark.long
 def test_move_takes_less_than_70_bytes():
     random = np.random.default_rng(0)
     log = InputLog()

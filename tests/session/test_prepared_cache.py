@@ -85,6 +85,7 @@ def test_cached_scene_equals_a_newly_prepared_one():
     assert np.array_equal(ours.pressures, theirs.pressures)
 
 
+@pytest.mark.long
 def test_objects_are_those_of_the_requested_scene(bar):
     prepare_cached(bar)
     other = replace(bar, name="other", objects=(ObjectSpec("ball", "sphere", size=(0.05,), mass=1.0),))
@@ -93,6 +94,7 @@ def test_objects_are_those_of_the_requested_scene(bar):
     assert (kept.scene.name, [body.spec.name for body in kept.objects]) == ("other", ["ball"])
 
 
+@pytest.mark.long
 def test_axes_of_a_cover_are_kept_by_the_cache_and_by_the_attachments_of_a_recording(bar):
     prepare_cached(bar)
     three = replace(bar, cover=replace(bar.cover, axes=3))
@@ -145,12 +147,14 @@ def test_entry_is_not_used_after_a_mapping_file_is_added(bar, tmp_path):
     assert find_prepared(scene) is None
 
 
+@pytest.mark.long
 def test_entry_of_another_program_is_not_used(bar, monkeypatch):
     prepare_cached(bar)
     monkeypatch.setattr(prepared_cache, "program_digest", lambda: "another")
     assert find_prepared(bar) is None
 
 
+@pytest.mark.long
 def test_robot_with_a_missing_mesh_is_not_cached(bar, folder):
     mesh = Path(bar.robot).with_name("bar.obj")
     mesh.unlink()
@@ -172,6 +176,7 @@ def test_robot_with_a_left_out_mesh_is_not_cached(bar, folder):
     assert cache_content().entries == 0
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("keep", [0.5, 0.97])
 def test_damaged_entry_is_replaced(bar, folder, keep):
@@ -211,6 +216,7 @@ def test_entries_unused_for_the_longest_time_are_deleted_first(bar, folder, monk
     assert find_prepared(second) is not None
 
 
+@pytest.mark.long
 def test_cache_can_be_disabled(bar, folder, monkeypatch):
     monkeypatch.setenv(FOLDER_VARIABLE, "off")
     prepare_cached(bar)
@@ -219,6 +225,7 @@ def test_cache_can_be_disabled(bar, folder, monkeypatch):
     assert cache_content().folder is None
 
 
+@pytest.mark.long
 def test_scene_is_prepared_without_a_writable_folder(bar, tmp_path, monkeypatch):
     (tmp_path / "file").write_text("")
     monkeypatch.setenv(FOLDER_VARIABLE, str(tmp_path / "file" / "below"))
@@ -226,6 +233,7 @@ def test_scene_is_prepared_without_a_writable_folder(bar, tmp_path, monkeypatch)
     assert find_prepared(bar) is None
 
 
+@pytest.mark.long
 def test_clearing_keeps_other_files(bar, folder):
     prepare_cached(bar)
     (folder / "mine.txt").write_text("kept")

@@ -70,6 +70,7 @@ def test_reference_effects_are_finer_and_keep_exact_models():
         assert reference_effects(replace(usual, skin=model)).skin == model
 
 
+@pytest.mark.long
 def test_difference_is_proportional_to_the_time_step(prepared):
     """The integrator is of first order: half the step, half the difference, against the same fine reference."""
     fine = Effects(timestep=0.00015625)
@@ -95,6 +96,7 @@ def test_blur_of_the_cover_changes_taxels_but_not_the_force(prepared):
     assert all(one.reference_ms is not None and one.session_ms > 0 for one in found)
 
 
+@pytest.mark.long
 def test_reference_stops_when_its_time_is_used_up_and_continues(prepared):
     session, frames = played(prepared, 100)
     reference = ReferenceRun(prepared, session.inputs)

@@ -142,6 +142,7 @@ def test_finer_time_step_takes_more_steps_per_tick():
     assert session._simulation.time == pytest.approx(session.frame.time)
 
 
+@pytest.mark.long
 def test_script_continues_without_contact_while_fingers_are_off():
     session = Session(prepared_bar(stimuli=(Stroke(hold=0.1),)))
     assert session.tick().pokes
@@ -157,6 +158,7 @@ def test_fingers_can_be_switched_off_at_any_tick_of_the_script():
     assert sum(len(frame.pokes) for frame in run(session, 60, switched)) > 5
 
 
+@pytest.mark.long
 def test_motion_moves_the_rest_posture_from_the_start_after_a_reset():
     session = Session(prepared_bar(motion=(Waypoint(posture=(0.5,), seconds=1.0, rest=5.0),)))
     assert session.frame.command.posture == [0.0]
@@ -201,6 +203,7 @@ def triggers(session: Session) -> list[str]:
     return [trigger_text(each.by) for _, each in session.inputs if isinstance(each, ControlChanged) and each.by]
 
 
+@pytest.mark.long
 def test_double_tap_triggers_a_behaviour_that_was_added_before_a_reset():
     session = session_with()
     run(session, 1, {0: [BehavioursChanged((DOUBLE,))]})
@@ -221,6 +224,7 @@ def pressed_session(**options) -> Session:
     return session
 
 
+@pytest.mark.long
 def test_behaviour_holds_until_the_release():
     session = pressed_session()
     run(session, 100, {0: [PokeReleased(1)]})
@@ -228,6 +232,7 @@ def test_behaviour_holds_until_the_release():
     assert triggers(session) == ["press", "released"]
 
 
+@pytest.mark.long
 def test_contact_missed_in_one_sample_of_a_slow_skin_is_not_a_release():
     session = pressed_session(effects=Effects(sensor=SensorEffects(sampling=Sampling(10.0))))
     frames = run(session, 85, {0: [PokeReleased(1)], 25: [PokePressed(1, EDGE, Finger(speed=0.5))]})
@@ -309,6 +314,7 @@ def test_link_sensor_reads_the_impulse_of_an_impact_with_time_averaging():
     assert impulse == pytest.approx(mass * (session._simulation._data.qvel[0] + speed), rel=0.02)
 
 
+@pytest.mark.long
 def test_link_sensor_reads_two_contacts_of_its_link_as_one():
     along = BAR.skin.patches[0].taxels.positions[:, 0]
     taxels = (int(along.argmin()), int(along.argmax()))
@@ -330,6 +336,7 @@ def test_changed_estimator_keeps_the_identifier_of_a_contact():
     assert session.inputs[-1][0] == frame.tick
 
 
+@pytest.mark.long
 def test_contact_ends_below_half_of_its_threshold():
     session = pressed()
     peak = session.frame.regions[0].peak
@@ -341,6 +348,7 @@ def test_contact_ends_below_half_of_its_threshold():
     assert [len(frame.regions) for frame in run(session, 2, changes)] == [1, 0]
 
 
+@pytest.mark.long
 def test_threshold_follows_the_current_noise():
     session = Session(BAR)
     loud = replace(session.effects, sensor=SensorEffects(noise=Noise(5000.0)))
@@ -349,6 +357,7 @@ def test_threshold_follows_the_current_noise():
     assert all((frame.pressures > 1000.0).any() for frame in run(low, 50)), "the noise exceeds the usual threshold"
 
 
+@pytest.mark.long
 def test_noise_of_the_link_sensor_follows_the_seed_of_the_scene():
     reading = ReadingSettings("lumped", wrench_noise=0.1)
     other = replace(BAR, scene=replace(BAR.scene, seed=1))
@@ -436,6 +445,7 @@ def other_maps():
     return [build_map(skin) for skin in (bar_skin(80), Skin((replace(patch, link="tip"),)), Skin((patch, patch)))]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("map_", other_maps(), ids=["more taxels", "another link", "one more patch"])
 def test_map_of_another_skin_is_rejected_and_leaves_the_session_unchanged(map_):
     session = pressed(ticks=1, settings=ControlSettings(stiffness=40.0))
@@ -466,6 +476,7 @@ def test_edited_map_is_logged_without_its_caches():
 # Postures
 
 
+@pytest.mark.long
 def test_robot_moves_to_another_rest_posture_until_a_reset():
     session = Session(forearm())
     home = session.prepared.robot.home

@@ -71,6 +71,7 @@ def test_stated_stiffness_is_how_deep_a_weight_sinks(mass, stiffness):
     assert sunk == pytest.approx(mass * GRAVITY / stiffness, rel=1e-3)
 
 
+@pytest.mark.long
 def test_two_grams_with_a_coarse_integrator_are_warned_of(tmp_path):
     """An explicit contact spring throws so light a body; nobody gets there unless they insist, and then are told."""
     run = play(dropped(0.002, above=0.001, integrator="euler", timestep=0.001), 0.8)

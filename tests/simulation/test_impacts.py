@@ -60,6 +60,7 @@ def test_the_impulse_that_is_read_is_the_change_of_momentum(kind, integrator, st
     assert velocities.max() < speed, "no energy is gained"
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("step", [0.002, 0.001, 0.00025])
 @pytest.mark.parametrize("integrator", INTEGRATORS)

@@ -112,7 +112,9 @@ def test_block_held_by_friction_shears_both_faces_with_its_weight(model):
     assert {sheared.load.link for sheared in simulation.sheared} == {"left", "right"}
 
 
-@pytest.mark.parametrize("model", ["point", "water-fill", "punch"])
+@pytest.mark.parametrize(
+    "model", ["point", *(pytest.param(model, marks=pytest.mark.long) for model in ("water-fill", "punch"))]
+)
 def test_shear_of_moving_links_is_equal_and_opposite_at_every_reading(model):
     """One block is dragged along y while the other turns: sums, torques and friction in use agree on both sides."""
     simulation, command = touching(model)

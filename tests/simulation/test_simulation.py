@@ -108,6 +108,7 @@ def test_joint_states_are_transferred_by_name():
 STILL = Effects(dynamics=False, contact="all")
 
 
+@pytest.mark.long
 def test_the_posture_is_the_commands_and_time_passes():
     prepared = arm()
     simulation = Simulation(prepared.robot, prepared.skin, STILL, objects=(thing("box", at=(1.0, 0.0, 0.0), mass=1.0),))

@@ -44,6 +44,7 @@ def run(simulation, steps):
     return simulation.object_poses[0][:3, 3]
 
 
+@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("integrator", ["implicitfast", "discrete"])
 @pytest.mark.parametrize("shape", HEIGHTS)
@@ -71,6 +72,7 @@ def test_a_box_rests_on_bare_link_or_on_raised_skin(along, height):
     assert simulation.object_poses[0][2, 3] == pytest.approx(height + half - WEIGHT / LAYER.stiffness, abs=2e-4)
 
 
+@pytest.mark.long
 def test_a_ball_between_faces_of_a_bowl_is_one_load_with_its_weight():
     """Their forces across the mean normal cancel; the sum of both would be more."""
     simulation = ball_on("bowl", at=(0.012, 0.007), mass=2.0)
@@ -133,6 +135,7 @@ def test_the_depth_model_feels_a_heavy_ball_where_it_rests(shape):
     assert np.abs(middle[:2]).max() < 4e-3
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("place", [(0.0, 0.0), (0.012, 0.007), (0.004, -0.001)])
 def test_a_bowl_is_as_stiff_as_stated(place):
@@ -158,6 +161,7 @@ def test_a_box_across_a_bowl_rests_on_the_rim():
     assert simulation.total_normal_force == pytest.approx(WEIGHT, rel=0.01)
 
 
+@pytest.mark.long
 def test_seams_between_pieces_are_not_felt():
     """A ball slides along the flat rim of a bowl, over seams between its pieces."""
     robot, skin = hollow("bowl")

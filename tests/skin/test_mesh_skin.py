@@ -41,6 +41,7 @@ def test_a_coarse_one_is_divided_for_the_taxels():
     assert patch.surface.area == pytest.approx(HARD_MESHES["cube"].area)
 
 
+@pytest.mark.long
 def test_inner_shells_stay_bare_unless_requested():
     mesh = HARD_MESHES["inner shell"]
     spec = PlacementSpec(taxels=40)
@@ -153,6 +154,7 @@ def test_a_mesh_without_area_is_refused_by_name(name):
         skin_of_mesh(HOPELESS_MESHES[name], name=name)
 
 
+@pytest.mark.long
 def test_progress_rises_and_may_cancel():
     fractions = []
     skin_of_mesh(HARD_MESHES["two components"], progress=lambda _text, fraction: fractions.append(fraction))

@@ -37,6 +37,7 @@ def test_a_skin_or_a_map_of_ours_is_opened_as_it_is(skin, tmp_path):
         np.testing.assert_array_equal(opened.areas, skin.areas)
 
 
+@pytest.mark.long
 def test_taxels_of_a_bare_mesh_are_on_its_faces_or_on_a_cover(ball):
     own = open_skin(ball, SkinOptions(FEW))
     cover = open_skin(ball, SkinOptions(FEW, surface="cover", thickness=0.005))

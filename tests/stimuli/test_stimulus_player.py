@@ -71,6 +71,7 @@ def test_a_stimulus_repeats():
     assert [tick for tick, _ in presses(player)] == [0, 20, 40, 60, 100]
 
 
+@pytest.mark.long
 def test_inputs_depend_on_the_tick_alone():
     script = [Babble(touches=6, way="multi-touch"), Stroke(patch="hand", begin=0.3)]
     one, other = (StimulusPlayer(arm().skin, script, tick=TICK) for _ in range(2))
@@ -80,6 +81,7 @@ def test_inputs_depend_on_the_tick_alone():
     assert any(forward)
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("tick", [0.0005, 0.005, 0.03])
 def test_every_press_is_lifted_and_no_finger_is_in_two_places(tick):

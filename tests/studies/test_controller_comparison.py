@@ -171,6 +171,7 @@ def test_equal_controllers_give_equal_traces_bit_for_bit(inputs):
     assert not np.array_equal(different.force, one.force)
 
 
+@pytest.mark.long
 def test_recorded_controller_repeats_the_recorded_frames():
     session, frames = touched()
     (trace,) = compare(HYBRID, inputs=session.inputs, seconds=1.0)
@@ -210,6 +211,7 @@ def test_speeds_of_slides_have_their_own_unit_and_limit(tmp_path, more, unit, li
     assert column in trace_csv([trace]).decode().splitlines()[0].split(",")
 
 
+@pytest.mark.long
 def test_change_of_the_goal_is_kept_but_not_of_the_controller():
     acts = {
         3: [PokePressed(1, AT)],
@@ -226,6 +228,7 @@ def test_change_of_the_goal_is_kept_but_not_of_the_controller():
     assert (np.nanargmax(trace.force_goal) + 1) == 100, "at its tick"
 
 
+@pytest.mark.long
 def test_task_is_that_of_the_recording_or_of_the_contender():
     acts = {3: [PokePressed(1, AT)], 60: [ControlChanged(replace(HYBRID, task="hold_point"))]}
     session, _ = recorded(acts)
@@ -298,6 +301,7 @@ def test_behaviour_changes_the_task_but_not_the_controller():
     )
 
 
+@pytest.mark.long
 def test_divergence_ends_one_trace_with_its_reason_and_no_other():
     unsteady = prepared_bar(tick=0.2, overrides={"integrator": "euler", "timestep": 0.02})
     acts = [START, (10, PokePressed(1, AT, Finger(stiffness=10.0)))]

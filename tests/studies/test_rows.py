@@ -43,6 +43,7 @@ def test_of_nothing_known_they_are_unknown(values):
     assert p95(np.array(values)) is None
 
 
+@pytest.mark.long
 def test_bootstrap_interval_holds_the_truth_19_times_of_20():
     held = 0
     random = np.random.default_rng(1)

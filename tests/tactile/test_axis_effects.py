@@ -75,6 +75,7 @@ def sliding(sensor: SensorEffects) -> Simulation:
     return simulation
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("sensor", [BOTH, replace(BOTH, noise=Noise(1e-9))], ids=["alone", "with stages"])
 def test_readings_are_the_matrices_times_the_true_channels(sensor):
     true = sliding(SensorEffects())
@@ -92,6 +93,7 @@ def test_readings_are_the_matrices_times_the_true_channels(sensor):
     np.testing.assert_allclose(simulation.sense_shear(), true.shear)
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("usage", [0.3, 0.9])
 @pytest.mark.parametrize("effects", [replace(BOTH, axis_crosstalk=None), replace(BOTH, misorientation=None), BOTH])
 def test_uncertainties_cover_the_errors_of_force_shear_and_torque(effects, usage):

@@ -41,6 +41,7 @@ def test_a_skin_that_is_dead_altogether_feels_nothing_and_control_goes_on():
     assert np.abs(run.frames[-1].velocity).max() < 1e-2
 
 
+@pytest.mark.long
 def test_a_skin_that_is_stuck_altogether_is_one_large_contact_that_never_moves():
     run = play(BAR, 0.5, {1: [sensing(dead_taxels=DeadTaxels(dead=0.0, stuck=1.0, stuck_at=20e3)), FOLLOW]})
     check_numbers(run)

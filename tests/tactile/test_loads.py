@@ -158,7 +158,7 @@ def around(mesh: Mesh, count=1500):
     return np.concatenate([anywhere, near])
 
 
-@pytest.mark.sampled(2)
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("name", SOLIDS)
 def test_the_sign_is_that_of_the_winding_number(name):
     mesh = SOLIDS[name]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -61,6 +62,7 @@ def assert_same(one, other):
     assert one.tobytes() == other.tobytes()
 
 
+@pytest.mark.long
 @given(choice=effects, tick=ticks, seed=st.integers(0, 2**70), pressures=presses)
 @examples(150)
 def test_a_replay_and_a_reset_read_the_same_and_every_reading_is_a_number(choice, tick, seed, pressures):

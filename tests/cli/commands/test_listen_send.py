@@ -283,6 +283,7 @@ def test_driver_that_is_not_there_is_named_before_anything_moves(trial):
     assert "Start the robot's driver first" in message
 
 
+@pytest.mark.long
 def test_driver_that_goes_away_stops_and_is_named(trial):
     trial.run(act=lambda trial: trial.driver.close(), until=lambda trial: "sending stopped" in trial.errors)
     motion = trial.result["motion"]
@@ -341,6 +342,7 @@ def test_force_limit_of_the_command_line_stops_at_the_strongest_contact(trial, f
     assert ("15 N allowed" in trial.result["motion"]["detail"]) is stops
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize(("force", "sign"), [(6.0, 1.0), (0.7, -1.0)])
 def test_speed_limit_of_the_command_line_holds_in_both_directions(trial, force, sign):
     def press(trial):
@@ -394,6 +396,7 @@ def test_nothing_moves_before_all_is_heard(trial):
     assert {packet["token"] for packet in trial.packets} == {TOKEN}
 
 
+@pytest.mark.long
 def test_sending_waits_for_a_sender_that_starts_later_and_records_meanwhile(trial):
     recorded = trial.folder / "felt.mcap"
     recorded.write_bytes(b"replaced")

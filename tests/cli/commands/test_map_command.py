@@ -47,6 +47,7 @@ def test_every_ending_is_written(capsys, cap, tmp_path, ending):
     assert not list(tmp_path.glob("*.part"))
 
 
+@pytest.mark.long
 def test_millimetres_are_noticed(capsys, cap):
     result = result_of(capsys, "map", cap, *FEW)
     assert "units" in {finding["kind"] for finding in result["findings"]}
@@ -179,6 +180,7 @@ def test_bad_options_are_named(capsys, cap, words, output, status):
     assert "Traceback" not in err
 
 
+@pytest.mark.long
 def test_stretch_of_a_degenerate_face_is_infinite(capsys):
     quality = measure(build_map(skin_of(sheet(), taxels=5)), sources=3)
     spoiled = replace(quality, symmetric_dirichlet=math.inf, angle=DistortionSummary(1.0, math.inf, math.inf))
@@ -209,6 +211,7 @@ def test_grid_that_is_stated_is_taken(capsys, cap):
     assert chosen["stress"] == first["stress"] != second["stress"]
 
 
+@pytest.mark.long
 def test_generated_taxels_have_the_requested_axes(capsys, cap):
     for words in ((cap, *FEW), ("arm", "--links", "hand", *GRID)):
         made = result_of(capsys, "map", *words, "--axes", 3)

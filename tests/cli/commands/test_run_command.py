@@ -150,6 +150,7 @@ def test_script_plays_instead_of_the_scenes(capsys, scene, tmp_path):
     assert strongest(capsys, scene, "--stimuli", str(script)) == pytest.approx(1.5, rel=0.01)
 
 
+@pytest.mark.long
 def test_bad_script_is_named(capsys, scene, tmp_path):
     script = tmp_path / "script.toml"
     script.write_text('[[stimuli]]\nkind = "pok"\n')

@@ -137,6 +137,7 @@ def test_held_sample_is_estimated_once():
     assert forces == pytest.approx([8.0, 9.0]), "a force-torque sensor holds nothing"
 
 
+@pytest.mark.long
 def test_where_a_method_refuses_the_region_keeps_the_sum():
     deep = 4 * DEPTH
     pressures = HalfSpaceModel(FOREARM_SKIN, layer=ElasticLayer(depth=deep)).pressures([ball(0.2)])
@@ -241,6 +242,7 @@ def test_a_line_that_misses_leaves_the_skins_word():
     assert (got.force, got.at) == (regions[0].force, regions[0].at), "the strongest contact's"
 
 
+@pytest.mark.long
 def test_the_sensors_noise_is_what_the_error_bars_say():
     pressures = felt(ball(0.2))
     noise = 0.05

@@ -26,6 +26,7 @@ def test_arm_is_stopped_before_contacts_read_as_one_wrench_move_it_fast():
     check(case, case.controllers[0])
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("name", CASES)
 def test_case_is_deterministic(name):

@@ -149,6 +149,7 @@ def fastest(made: ControllerManager, contacts=(), *, ticks: int = 60) -> float:
     return worst
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("controller", ["hold_force", *CONTROL_SCHEMES])
 def test_every_controller_returns_to_rest_within_the_impact_limit(controller):
     free = manager(controller)

@@ -221,6 +221,7 @@ def test_torque_above_the_limit_is_reduced_to_it(stiffness, torque):
     assert not none.any()
 
 
+@pytest.mark.long
 def test_impedance_moves_a_joint_no_faster_than_its_model_allows():
     """The spring of the impedance controller would pull it with up to three times the speed."""
     robot: Robot = Reference(max_speed=0.2).robot

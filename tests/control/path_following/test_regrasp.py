@@ -85,6 +85,7 @@ class Ride:
         return self.configuration.pose(arm().skin.link(point)).points(arm().skin.position(point))
 
 
+@pytest.mark.long
 def test_arm_lifts_carries_and_presses_until_the_new_place_is_touched():
     ride = Ride()
     start = ride.place(OLD)

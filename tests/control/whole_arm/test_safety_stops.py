@@ -42,6 +42,7 @@ def velocities_after_stop(controller: str, *, gravity: str) -> np.ndarray:
     return np.array(velocities)
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("controller", ["impedance", "hold_force", "hybrid"])
 @pytest.mark.parametrize("gravity", ["compensated", "on"])
@@ -155,6 +156,7 @@ def test_bare_link_that_the_force_loop_presses_on_a_post_is_named(controller):
     assert on_post > 5.0
 
 
+@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("integrator", ["implicitfast", "implicit", "discrete", "euler"])
 @pytest.mark.parametrize("gravity", ["off", "on", "compensated"])

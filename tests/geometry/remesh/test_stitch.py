@@ -65,6 +65,7 @@ def test_a_mesh_refined_in_parts_becomes_one_surface_without_new_vertices(name: 
         assert repaired.mesh.area == pytest.approx(mesh.area, rel=1e-12)
 
 
+@pytest.mark.long
 def test_parts_of_divided_face_are_inside_it_with_its_normal() -> None:
     mesh = refined_at_random(sphere(), 4)
     repaired = repair_mesh(mesh)
@@ -89,6 +90,7 @@ def test_subdivisions_that_alternate_are_stitched_from_both_sides(gap: float) ->
     assert counted(mesh)["t-junction"] == 23
 
 
+@pytest.mark.long
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
 @pytest.mark.parametrize("how", ["as it is", "loose", "turned"])
@@ -226,6 +228,7 @@ def test_mesh_without_border_is_returned_unchanged() -> None:
     assert count == 0
 
 
+@pytest.mark.long
 def test_the_cost_grows_with_the_number_of_junctions_only() -> None:
     def cost(subdivisions: int) -> tuple[int, Cost]:
         mesh = refined_at_random(sphere(radius=0.5, subdivisions=subdivisions), 1, radius=0.5)

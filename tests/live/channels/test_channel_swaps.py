@@ -55,6 +55,7 @@ def test_pairs_of_a_module_are_found_and_no_others():
     assert all(one.strength > 0.2 for one in told)
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("seed", range(2))
 def test_where_nothing_is_swapped_nothing_is_told(seed):
@@ -65,6 +66,7 @@ def test_few_touches_are_not_enough():
     assert found(swapped(*PAIRS), touches=15) == ()
 
 
+@pytest.mark.long
 def test_without_modules_near_taxels_are_compared():
     (one,) = found(swapped((64, 66)), modules=False)
     assert (one.first, one.second, one.module) == (64, 66, None)

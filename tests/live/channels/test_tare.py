@@ -83,6 +83,7 @@ def test_a_tare_counts_only_the_values_that_were_sent():
     assert counts.tolist() == [2, 2, 0]
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize(
     "touch",
     [

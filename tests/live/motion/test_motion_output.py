@@ -390,6 +390,7 @@ def test_taxels_that_are_not_sent_any_more_stop_by_their_names():
     assert robot.output.sending.detail == "taxel 7, taxel 9: not heard for 0.15 s"
 
 
+@pytest.mark.long
 def test_parts_of_the_skin_may_come_in_turn():
     robot = Robot()
     robot.start()

@@ -150,6 +150,7 @@ def test_known_modules_give_separate_scores(three_patches):
     assert measure(three_patches, sources=3).to_json()["torn_between_modules"] is None
 
 
+@pytest.mark.long
 def test_a_mirrored_patch_is_still_one_to_one(flat):
     places = (Placement(offset=(-1.0, 0.0), mirrored=True), flat.layout.placements[1])
     assert measure(TactileMap(flat.skin, flat.charts, MapLayout(places))).bijective

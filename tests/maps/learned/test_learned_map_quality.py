@@ -192,6 +192,7 @@ def test_a_fifth_of_the_taxels_may_fail(method):
     assert kept(map_.points[alive], on_dome()[np.ix_(alive, alive)]) > 0.75
 
 
+@pytest.mark.long
 def test_more_noise_than_touch_is_not_mistaken_for_touch():
     noise = np.random.default_rng(17).normal(scale=2e4, size=(3000, 250))
     touch = detect_touch(noise + np.where(readings(MANY) > 3e5, 2e5, 0))

@@ -115,6 +115,7 @@ def test_links_stand_where_the_posture_says(told, player):
         np.testing.assert_allclose(turn.as_matrix(), pose.rotation, atol=1e-9)
 
 
+@pytest.mark.long
 def test_contacts_point_into_the_skin_and_go_when_they_are_gone(told, player):
     touched = 0
     for time, update in told["/contacts"]:

@@ -30,6 +30,7 @@ def evenness(robot: Robot, link: str, posture: np.ndarray) -> float:
     return gains[-1] / gains[0]
 
 
+@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", ROBOTS)
 def test_straight_limb_gets_a_posture_away_from_limits_and_singularities(name, tmp_path):
@@ -55,10 +56,12 @@ def test_choice_is_repeated_exactly_and_independent_of_size(tmp_path):
         assert robot.home == pytest.approx(robots[0].home, abs=1e-6)
 
 
+@pytest.mark.long
 def test_joints_that_do_not_matter_stay_at_zero(tmp_path):
     assert load(ROBOTS["arm"], tmp_path).home[0] == 0.0  # the first turns the whole arm
 
 
+@pytest.mark.long
 def test_arm_above_the_ground_bends_upwards(tmp_path):
     side = f'<body name="side" euler="0 1.5707963 0">{chain("zyyzyz", 0.2)}</body>'
     homes = []
@@ -92,6 +95,7 @@ def test_stated_home_is_kept(tmp_path):
     assert both.home.tolist() == [0.1, 0, 0.5, 0, 0, 0]
 
 
+@pytest.mark.long
 def test_coupled_joints_keep_their_posture(tmp_path):
     robot = load(arm(1.0, extra=COUPLED), tmp_path)
     assert robot.home[1] == robot.home[2] == 0.0
@@ -111,6 +115,7 @@ def test_impossible_home_is_rejected(home, words, tmp_path):
         load(arm(1.0), tmp_path, home=home)
 
 
+@pytest.mark.long
 def test_motion_of_points_is_that_of_the_configuration(tmp_path):
     robot = load(ROBOTS["arm"], tmp_path)
     configuration = Configuration(robot)

@@ -53,7 +53,9 @@ def excluding(robot, name=""):
 
 
 @pytest.mark.sampled(2)
-@pytest.mark.parametrize(("height", "overlaps"), [(0.03, False), (0.005, False), (-0.004, True)])
+@pytest.mark.parametrize(
+    ("height", "overlaps"), [pytest.param(0.03, False, marks=pytest.mark.long), (0.005, False), (-0.004, True)]
+)
 def test_pairs_excluded_at_loading_are_decided_by_the_shapes_that_collide(height, overlaps):
     """Shapes of the model, which loading uses, may overlap where the skins do not."""
     robot, skin = bowl_and_ball(height)

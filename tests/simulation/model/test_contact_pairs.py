@@ -73,6 +73,7 @@ def test_in_the_environment_skin_meets_objects_in_pairs_and_the_rest_by_bits():
     )
 
 
+@pytest.mark.long
 def test_everything_meets_everything():
     robot = arm().robot
     skin = arm().skin

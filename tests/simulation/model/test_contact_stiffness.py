@@ -63,6 +63,7 @@ def stiff_bar(integrator: str) -> Simulation:
     return Simulation(bar(), bar_skin(), effects, objects=(ball,))
 
 
+@pytest.mark.long
 def test_discrete_does_not_depend_on_how_many_steps_a_call_takes():
     one = stiff_bar("discrete")
     many = stiff_bar("discrete")

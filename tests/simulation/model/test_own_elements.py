@@ -188,6 +188,7 @@ def test_written_touch_sensors_are_the_same_with_hostile_defaults(tmp_path: Path
     assert all(np.allclose(one, other, atol=1e-6) for one, other in zip(*sites, strict=True))
 
 
+@pytest.mark.long
 def test_arm_reaches_its_target_with_any_actuator_defaults(tmp_path: Path) -> None:
     path = tmp_path / "finger.xml"
     path.write_text(FINGER)

@@ -38,6 +38,7 @@ def test_two_walls_are_as_stiff_as_one_point_along_their_bisector(angle):
     assert (np.cos(angle) ** 2 / counts).sum() == pytest.approx(1.0 if angle <= np.pi / 4 else 2 * np.cos(angle) ** 2)
 
 
+@pytest.mark.long
 def test_pieces_of_a_link_are_one_group_with_the_parameters_of_one_pair():
     box = thing("box", at=(0.0, 0.0, 0.5), mass=1.0, friction=0.3)
     model, _, _ = assembled("groove", box, friction=True)

@@ -99,6 +99,7 @@ def test_taxels_of_a_cover_with_three_axes_measure_shear_along_the_map(pattern):
     assert np.isnan(skin.tangents).all()
 
 
+@pytest.mark.long
 def test_cover_is_denser_where_the_surface_bends():
     surface_of = {}
     for density in ("uniform", "curvature"):
@@ -108,6 +109,7 @@ def test_cover_is_denser_where_the_surface_bends():
     assert surface_of["curvature"] > 1.2 * surface_of["uniform"]
 
 
+@pytest.mark.long
 def test_cover_keeps_its_margin_from_other_links():
     for margin in (0.0, 0.03):
         skin = cover_robot(two_rods(), CoverSpec(("upper",), taxels=200, margin=margin))
@@ -148,6 +150,7 @@ def quadruped(tmp_path, more=""):
     return load_robot_file(tmp_path / "dog.xml")
 
 
+@pytest.mark.long
 def test_equal_links_are_all_chosen_or_none(tmp_path):
     assert choose_links(quadruped(tmp_path)) == ("fl_thigh", "fr_thigh", "hl_thigh", "hr_thigh")
 
@@ -185,6 +188,7 @@ def test_the_placeholder_of_a_missing_mesh_is_not_chosen():
         choose_links(replace(without_meshes(robot, *robot.link_index), findings=notes))
 
 
+@pytest.mark.long
 def test_the_placeholder_of_a_missing_mesh_is_covered_only_if_its_link_is_named():
     lost = without_meshes(two_rods(), "upper")
     chosen = cover_robot(lost, CoverSpec(taxels=60))
@@ -246,6 +250,7 @@ def test_hull_area_of_a_cube_is_its_area_and_of_a_plate_one_side():
     assert hull_area(Mesh(np.eye(3), [[0, 1, 2]])) == pytest.approx(np.sqrt(3) / 2)
 
 
+@pytest.mark.long
 def test_cover_is_clear_of_the_joint_and_has_the_requested_number():
     skin = cover_robot(two_rods(buried=0.05), CoverSpec(("base", "upper"), taxels=101))
     assert len(skin) == 101
@@ -254,12 +259,14 @@ def test_cover_is_clear_of_the_joint_and_has_the_requested_number():
     assert upper[:, 2].min() > 0.05 + 0.5 * JOINT_CLEARANCE, "the base reaches 50 mm up the rod"
 
 
+@pytest.mark.long
 def test_taxels_are_shared_out_by_area():
     skin = cover_robot(two_rods(), CoverSpec(("base", "upper"), taxels=200))
     density = [len(patch.taxels) / patch.surface.area for patch in skin.patches]
     assert density[0] == pytest.approx(density[1], rel=0.03)
 
 
+@pytest.mark.long
 def test_progress_is_reported_and_may_cancel():
     class Cancelled(Exception):
         pass
@@ -294,6 +301,7 @@ def test_a_link_buried_in_its_neighbour_stays_bare():
         cover_robot(two_rods(buried=0.15, length=0.1), CoverSpec(("upper",), taxels=20))
 
 
+@pytest.mark.long
 def test_repairs_are_reported():
     skin = cover_robot(one_link(HARD_MESHES["duplicates"]), CoverSpec(taxels=20))
     assert {finding.kind for finding in skin.findings} == {"duplicate-vertex", "duplicate-face"}

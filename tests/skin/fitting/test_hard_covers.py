@@ -94,6 +94,7 @@ def test_inner_shell_has_no_taxels():
     assert np.linalg.norm(positions, axis=1).min() > 0.1
 
 
+@pytest.mark.long
 def test_the_same_seed_gives_the_same_skin_and_another_seed_another():
     first = covered("cube")
     second = covered.__wrapped__("cube")

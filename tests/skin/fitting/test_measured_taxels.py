@@ -39,6 +39,7 @@ def on_rod(positions, robot=None):
     return fitted(robot or two_rods(), "upper", positions, thickness=0.002)
 
 
+@pytest.mark.long
 def test_two_groups_apart_are_two_patches():
     skin = on_rod(np.concatenate([sleeve(np.arange(0.05, 0.10, 0.006)), sleeve(np.arange(0.2, 0.22, 0.006))]))
     assert [patch.name for patch in skin.patches] == ["upper", "upper 2"]
@@ -274,6 +275,7 @@ def test_only_taxels_on_the_missing_mesh_stay_at_their_places(palm, missing):
     assert findings["taxel-distance"].count == len(ON_TIP)
 
 
+@pytest.mark.long
 def test_taxels_on_existing_surfaces_are_fitted_though_a_mesh_is_missing(palm):
     skin, whole = (fitted(robot, "tip", ON_TIP) for robot in (without_a_mesh(palm, "tip", [0.1, 0, 0]), palm))
     assert "stated-places" not in kinds(skin.findings)
@@ -359,6 +361,7 @@ def test_an_unknown_or_empty_link_is_refused():
         fitted(one_link(HOPELESS_MESHES["no faces"]), "part", np.zeros((1, 3)))
 
 
+@pytest.mark.long
 def test_single_taxels_off_the_surface_are_named_with_their_distances():
     """Taxels 6 mm apart; the distance that all others have is not named."""
     positions = sleeve(np.arange(0.05, 0.10, 0.006)) * [1.05, 1.05, 1]

@@ -111,6 +111,7 @@ def test_positions_in_a_documented_frame_are_moved_onto_the_link(whole, link, fr
     assert match_frame(whole, link, stated).median > 0.005, "they are not stated in a frame of the URDF"
 
 
+@pytest.mark.long
 @pytest.mark.robots
 @needs_icub
 def test_the_elbows_are_mirror_images(whole):

@@ -64,6 +64,7 @@ def test_touch_sites_become_taxels_numbered_as_their_sensors(tmp_path):
     assert notes["duplicate-taxel", "plate"].action.partition(":")[0] not in names
 
 
+@pytest.mark.long
 def test_a_free_body_with_a_touch_sensor_is_a_link_with_a_taxel(tmp_path):
     path = plate(tmp_path, sensors=True)
     path.write_text(path.read_text().replace("</sensor>", '<touch site="toy"/></sensor>'))
@@ -131,6 +132,7 @@ def test_touch_sensors_stay_at_their_sites_where_the_mesh_is_missing(tmp_path):
     assert {"missing-mesh", "stated-places"} <= kinds
 
 
+@pytest.mark.long
 def test_touch_sensors_beyond_the_other_shapes_stay_at_their_sites(tmp_path):
     """A small box is left of the link: it carries the sensor at its side, and none of those on the missing shell."""
     other = '<geom type="box" size=".01 .01 .01"/><site name="side" pos=".0101 0 0" size=".004"/>'
@@ -196,6 +198,7 @@ def test_touch_sensors_need_their_own_robot(tmp_path):
             use(load_robot("arm"))
 
 
+@pytest.mark.long
 def test_robot_is_covered_on_request_or_without_sensors(tmp_path):
     options = SkinOptions(PlacementSpec(taxels=30), links=("plate",), surface="cover")
     assert len(open_skin(plate(tmp_path, sensors=True), options)) == 30

@@ -70,6 +70,7 @@ def test_skin_around_the_whole_link_leaves_nothing_bare():
     assert with_bare_points(robot_of(ball), skin) is skin
 
 
+@pytest.mark.long
 def test_links_without_a_mesh_of_their_own_have_no_bare_points():
     skin = skin_of(plate((-0.02, 0.02), (-0.02, 0.02), 0.02))
     for robot in (robot_of(None), robot_of(box(0.04, 0.04, 0.04), missing=("block.stl",))):
@@ -77,6 +78,7 @@ def test_links_without_a_mesh_of_their_own_have_no_bare_points():
     assert with_bare_points(robot_of(box(0.04, 0.04, 0.04)), skin) is not skin
 
 
+@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("height", [-0.004, 0.0, 0.003, 0.02])
 def test_mesh_under_or_slightly_above_skin_is_not_bare(height):
@@ -85,6 +87,7 @@ def test_mesh_under_or_slightly_above_skin_is_not_bare(height):
     assert area_facing(part, 1, 0, 0) == pytest.approx(0.1 * 0.04, rel=1e-9)
 
 
+@pytest.mark.long
 def test_a_seam_between_patches_is_not_a_border():
     whole = skin_of(plate((-0.04, 0.04), (-0.04, 0.04), 0.02))
     halves = skin_of(plate((-0.04, 0.0), (-0.04, 0.04), 0.02), plate((0.0, 0.04), (-0.04, 0.04), 0.02))
@@ -129,6 +132,7 @@ def test_gaps_between_modules_are_bare():
     assert part.areas.sum() == pytest.approx(unread, rel=1e-6)
 
 
+@pytest.mark.long
 def test_parts_inside_the_link_have_no_points():
     shell = box(0.1, 0.1, 0.04)
     inside = joined(box(0.09, 0.09, 0.036), box(0.02, 0.02, 0.02), box(0.01, 0.01, 0.01, centre=(0.03, 0, 0)))
@@ -140,6 +144,7 @@ def test_parts_inside_the_link_have_no_points():
     assert (np.abs(with_parts.positions / [0.05, 0.05, 0.02]).max(axis=1) > 0.99).all(), "on the outside"
 
 
+@pytest.mark.long
 def test_a_ledge_below_skin_that_overhangs_is_bare():
     bracket = joined(
         box(0.1, 0.1, 0.01), box(0.01, 0.1, 0.1, centre=(-0.045, 0, 0.045)), box(0.1, 0.1, 0.01, centre=(0, 0, 0.09))
@@ -149,6 +154,7 @@ def test_a_ledge_below_skin_that_overhangs_is_bare():
     assert ledge.sum() > 0.08 * 0.1
 
 
+@pytest.mark.long
 def test_the_number_of_points_of_a_large_link_is_limited():
     skin = skin_of(plate((-0.01, 0.01), (-0.01, 0.01), 0.5, edge=5e-4))
     part = bare_points(box(1.0, 1.0, 1.0), skin)

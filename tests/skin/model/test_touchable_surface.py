@@ -77,6 +77,7 @@ def test_a_core_in_the_cavity_of_a_hollow_pad_cannot_be_touched():
     assert outer is not None
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("gap", [0.0, 0.0003])
 def test_a_rod_in_a_sleeve_can_be_touched_where_it_sticks_out(gap):
     inner, outer = touchable_surfaces([rod(0.01, 0.06), tube(0.01 + gap, 0.013, 0.03)])

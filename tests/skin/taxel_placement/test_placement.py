@@ -107,6 +107,7 @@ def test_a_pitch_is_kept(surface, pattern):
     assert nearest.min() > 0.5 * 0.009
 
 
+@pytest.mark.long
 def test_there_are_as_many_more_as_the_density_says():
     surface = sheet(60, 20, width=0.3, height=0.1)
     x = surface.vertices[:, 0] / 0.3
@@ -125,6 +126,7 @@ def test_only_ratios_of_densities_count():
     assert one.positions == pytest.approx(other.positions, abs=1e-9)
 
 
+@pytest.mark.long
 def test_curvature_brings_taxels_to_the_rim_of_a_cup():
     surface = cup(3)
     even = placed(surface, taxels=200)[1].positions

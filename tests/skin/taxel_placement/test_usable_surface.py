@@ -39,6 +39,7 @@ def test_the_middle_of_a_long_tube_is_seen_outside_only():
     assert seen[outside].all()
 
 
+@pytest.mark.long
 def test_vertices_hidden_by_another_link_are_not_visible():
     ball = wrap_mesh(HARD_MESHES["sphere"], thickness=0.01, voxel=VOXEL).surface
     shell = wrap_mesh(HARD_MESHES["sphere"], thickness=0.1, voxel=VOXEL).surface

@@ -40,6 +40,7 @@ def backwards(measure, cases):
     yield from ((number, measure_case(measure, cases[number])) for number in reversed(range(len(cases))))
 
 
+@pytest.mark.long
 def test_rows_come_in_the_order_of_the_cases_with_their_case():
     assert [row["number"] for row in whole()] == [0, 1, 2, 2, 3, 4, 5]
     for workers in (backwards, in_processes(2)):

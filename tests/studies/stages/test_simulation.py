@@ -56,6 +56,7 @@ def test_bouncing_contacts_are_noted(subject):
     assert found.name.startswith("4")
 
 
+@pytest.mark.long
 def test_failed_trials_are_reported_without_stopping_the_others(subject):
     requested = [Setting("simulation", name, {"timestep_ms": 1.0}) for name in ("discrete", "leapfrog")]
     done, refused = run_trials(replace(STAGE, settings=lambda _: requested), subject, progress=lambda *_: None)

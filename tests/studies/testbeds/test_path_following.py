@@ -68,6 +68,7 @@ def test_place_has_room_and_is_flat():
     assert (taxels.normals[near] @ taxels.normals[taxel]).min() > np.cos(np.radians(50))
 
 
+@pytest.mark.long
 def test_ball_is_pressed_in_by_its_depth_and_touches_at_once():
     prepared = forearm()
     displaced_ball = with_fixed_ball(prepared)

@@ -34,6 +34,7 @@ def test_a_balls_depth_at_every_taxel():
     assert simulation.sense() == pytest.approx(ElasticLayer().foundation * inside, abs=ElasticLayer().foundation * 1e-7)
 
 
+@pytest.mark.long
 def test_the_depth_of_a_box_at_every_taxel():
     simulation = pressed("box", (0.21, 0.0, 0.0299))
     under = (np.abs(TAXELS[:, 0] - 0.21) < 0.0299) & (np.abs(TAXELS[:, 1]) < 0.0249)

@@ -250,7 +250,10 @@ def test_points_at_the_border_of_a_flat_part_are_found():
     assert bed.on_rim[reach > 0.04 - spacing / 2].mean() > 0.5
 
 
-@pytest.mark.parametrize("swapped", [False, True], ids=["convex first", "flat first"])
+@pytest.mark.parametrize(
+    "swapped",
+    [pytest.param(False, id="convex first"), pytest.param(True, id="flat first", marks=pytest.mark.long)],
+)
 def test_readings_of_two_links_in_contact_agree_on_bent_skin(swapped):
     """One side makes the force: what it reads, the other reads too, though both differ from the resultant."""
     robot, flat = pair()

@@ -74,6 +74,7 @@ def dense(radius: float, distance, cells: int = 1200) -> float:
     return float(LAYER.foundation * np.maximum(-distance(points), 0.0) @ (upward * areas))
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("radius", SKINS)
 def test_closed_form_is_the_dense_sum(radius):
     """And a nearly flat sphere has the force of a flat bed, pi K (R - d) d^2."""
@@ -95,7 +96,7 @@ def pressed(radius: float, kind: str, depth: float, height: float, **stated) -> 
     return simulation
 
 
-@pytest.mark.sampled(3)
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("radius", SKINS)
 @pytest.mark.parametrize(("ball", "depth"), [(0.02, 1e-3), (0.02, 2e-3), (0.04, 1e-3), (0.05, 5e-4), (0.05, 2e-3)])
 def test_ball_presses_a_bowl_and_a_dome_as_the_integral_states(radius, ball, depth):
@@ -110,6 +111,7 @@ def test_ball_presses_a_bowl_and_a_dome_as_the_integral_states(radius, ball, dep
     assert (read > force) == (radius < 0)
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("radius", [0.06, 0.1])
 def test_roller_presses_a_dome_as_the_dense_sum_states(radius):
     size, depth = 0.015, 1e-3
@@ -121,6 +123,7 @@ def test_roller_presses_a_dome_as_the_dense_sum_states(radius):
     assert -simulation.wrenches()["bar"][2] == pytest.approx(dense(radius, distance), rel=0.03)
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("radius", SKINS)
 def test_weight_rests_as_deep_in_a_bowl_and_a_dome_as_the_integral_states(radius):

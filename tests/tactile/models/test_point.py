@@ -24,6 +24,7 @@ def press(point, force=5.0, *, normal=UP, link="bar"):
     return sphere_load(link, np.asarray(point, dtype=float), normal, force, 0.008)
 
 
+@pytest.mark.long
 def test_the_taxel_of_the_nearest_facing_point_feels_all():
     skin = arm().skin
     points = quadrature_points(skin)

@@ -196,6 +196,7 @@ def test_arguments_wait_here_until_the_process_reads(process, told, wait):
     assert not process._timer.isActive(), "nothing is expected"
 
 
+@pytest.mark.long
 def test_warm_process_imports_before_the_first_job(process, told, wait, qtbot):
     process.warm(is_warm)
     qtbot.waitUntil(lambda: process.ready, timeout=LONG)
@@ -227,6 +228,7 @@ def test_cancelled_job_reports_nothing_and_the_next_one_runs(process, told, qtbo
     ]
 
 
+@pytest.mark.long
 def test_ignored_job_reports_nothing_and_its_process_continues(process, told, qtbot, wait):
     ignored = told.start(process, nap)
     qtbot.waitUntil(lambda: ignored.begun, timeout=LONG)
@@ -238,6 +240,7 @@ def test_ignored_job_reports_nothing_and_its_process_continues(process, told, qt
     assert told == [("finished", pid)]
 
 
+@pytest.mark.long
 def test_close_ends_process_and_jobs_and_may_be_repeated(process, told, qtbot):
     told.start(process, sleep)
     told.start(process, square, 2)
@@ -331,6 +334,7 @@ def wait_forever_in_a_process(connection):
     time.sleep(60)
 
 
+@pytest.mark.long
 def test_process_ends_when_the_program_is_killed(qtbot):
     ours, theirs = mp.Pipe()
     program = mp.get_context("spawn").Process(target=wait_forever_in_a_process, args=(theirs,))

@@ -133,6 +133,7 @@ def test_cancelling_drops_the_request_and_prepares_a_process(worker, scene, qtbo
         assert not worker.busy
 
 
+@pytest.mark.long
 def test_death_of_the_process_is_reported_and_it_is_replaced(worker, scene, qtbot):
     worker.prepare(scene)
     with qtbot.waitSignal(worker.failed, timeout=LONG) as failure:

@@ -58,6 +58,7 @@ def test_plots_are_not_redrawn_for_every_frame(plots, prepared, qtbot):
     assert 1 <= drawn(plots, 0)[0] < 30
 
 
+@pytest.mark.long
 def test_slow_plots_are_drawn_less_often_but_always_the_last_frame(plots, prepared, qtbot, monkeypatch):
     plots.show()
     qtbot.waitExposed(plots)

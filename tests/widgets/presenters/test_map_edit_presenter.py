@@ -180,7 +180,7 @@ def test_pin_key_pins_the_pointer_position_or_the_selected_taxels(window):
     ("key", "button", "last"),
     [
         (Qt.Key.Key_Return, "proposal-accept", "Accept a seam"),
-        (Qt.Key.Key_Escape, "proposal-decline", "Open"),
+        pytest.param(Qt.Key.Key_Escape, "proposal-decline", "Open", marks=pytest.mark.long),
     ],
 )
 def test_proposed_seam_is_accepted_or_declined_wherever_the_focus_is(window, key, button, last):

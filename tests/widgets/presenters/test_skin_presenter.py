@@ -169,6 +169,7 @@ def test_unchanged_values_and_revert_offer_nothing_to_apply(window, qtbot):
     assert not panel.apply.isEnabled()
 
 
+@pytest.mark.long
 def test_impossible_choice_states_why_and_cannot_be_applied(window, qtbot):
     panel = panel_of(window)
     panel.amount.setCurrentIndex(panel.amount.findData("pitch"))
@@ -180,6 +181,7 @@ def test_impossible_choice_states_why_and_cannot_be_applied(window, qtbot):
     assert panel.apply.isEnabled()
 
 
+@pytest.mark.long
 def test_newer_choice_cancels_the_preview_of_an_older_one(window, qtbot):
     preview = window.presenters.skin.preview
     preview.executor.hold = True
@@ -239,6 +241,7 @@ def offered(window, link):
     return {action.name: action for action in pointing.actions(pointing.resolve(hit))}
 
 
+@pytest.mark.long
 def test_path_on_a_removed_link_is_reported_and_returns_with_undo(window):
     path = draw_path(window, "hand")
     offered(window, "hand")["remove-skin"].run()
@@ -262,6 +265,7 @@ def same_patches(before, after):
                     np.testing.assert_array_equal(value, getattr(theirs, name), err_msg=f"{one.name}: {name}")
 
 
+@pytest.mark.long
 def test_other_links_keep_skin_and_map_to_the_last_digit_when_one_is_covered_and_cleared(window):
     window.editor.do("Move", partial(move, numbers=[1], by=(0.3, 0.1)))
     first = window.editor.document
@@ -285,6 +289,7 @@ def test_other_links_keep_skin_and_map_to_the_last_digit_when_one_is_covered_and
     assert window.presenters.map_files.unsaved == ("map", "skin")
 
 
+@pytest.mark.long
 def test_steps_of_the_skin_alone_leave_the_map_unedited(window, tmp_path, monkeypatch):
     for link in ("wrist", "elbow"):
         offered(window, link)["cover"].run()
@@ -298,6 +303,7 @@ def test_steps_of_the_skin_alone_leave_the_map_unedited(window, tmp_path, monkey
     same_patches(skin.patches, window.live.prepared.skin.patches)
 
 
+@pytest.mark.long
 def test_covered_link_gets_the_density_of_the_others_and_the_path_stays(window):
     before = counts(window)
     draw_path(window, "forearm")
@@ -315,6 +321,7 @@ def test_covered_link_gets_the_density_of_the_others_and_the_path_stays(window):
     assert window.presenters.state.state.undo.undo_name == "Cover wrist"
 
 
+@pytest.mark.long
 def test_behaviours_and_contact_detection_survive_a_change_of_the_skin(window):
     reading = replace(window.live.run.settings.reading, estimator="tikhonov")
     window.live.set_reading(reading)
@@ -324,6 +331,7 @@ def test_behaviours_and_contact_detection_survive_a_change_of_the_skin(window):
     assert window.live.run.settings.reading == reading
 
 
+@pytest.mark.long
 def test_reason_is_stated_where_the_skin_cannot_be_changed(window, tmp_path):
     panel = panel_of(window)
     assert refusal(window) == ""
@@ -374,6 +382,7 @@ def test_robot_without_a_scene_reports_its_skin_and_opens_with_a_chosen_one(wind
     assert panel.apply.text() == "Apply"
 
 
+@pytest.mark.long
 def test_opening_by_default_only_reports_the_skin(window, tmp_path):
     (tmp_path / "rods.xml").write_text(RODS)
     window.presenters.files.open_path(str(tmp_path / "rods.xml"))

@@ -78,6 +78,7 @@ def test_inline_runner_advances_only_on_request(session):
     assert session.frame.tick == 51
 
 
+@pytest.mark.long
 def test_equal_durations_give_equal_frames(prepared):
     ends = []
     for _ in range(2):
@@ -193,6 +194,7 @@ def test_session_runs_at_the_requested_speed_and_catches_up_a_tenth_of_a_second(
     assert len(told) == ticks
 
 
+@pytest.mark.long
 def test_session_waits_for_a_window_that_takes_no_frames(session):
     """Half a second of looks a hundredth apart, and the frames are taken once: after two tenths the session waits."""
     clock, ended = looks(*[0.010] * 50)

@@ -16,6 +16,7 @@ NONE = Qt.KeyboardModifier.NoModifier
 LEFT = Qt.MouseButton.LeftButton
 
 
+@pytest.mark.long
 def test_zooming_the_curves_zooms_the_timeline(window_again, tmp_path):
     window = window_again
     path = tmp_path / "short.mcap"

@@ -100,6 +100,7 @@ def test_timeline_keeps_home(window, tmp_path):
     assert not window.timeline.playhead.playing
 
 
+@pytest.mark.long
 def test_home_and_backspace_act_on_the_window_elsewhere(window):
     run(window, 0.1)
     window.map_view.zoom(2.0, window.map_view.viewport().rect().center().toPointF())

@@ -417,6 +417,7 @@ def test_long_readout_does_not_move_the_views(window, prepared):
     assert window.views.geometry() == before
 
 
+@pytest.mark.long
 def test_space_below_the_views_returns_to_its_height(new_window, tmp_path):
     window = new_window
     usual = window.bottom.height()
@@ -443,6 +444,7 @@ def test_space_below_the_views_returns_to_its_height(new_window, tmp_path):
     assert window.bottom.height() == usual
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("width", [1107, 1400])
 def test_timeline_and_curves_share_one_time_axis(new_window, tmp_path, width):

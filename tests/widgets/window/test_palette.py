@@ -100,6 +100,7 @@ def test_first_enabled_match_is_selected(window, palette):
     assert palette.list.currentRow() == 1
 
 
+@pytest.mark.long
 def test_palette_leaves_a_recording(window, tmp_path):
     window.live.recording.start(tmp_path / "short.mcap")
     run(window, 0.1)

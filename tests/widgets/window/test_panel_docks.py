@@ -65,6 +65,7 @@ def test_enlarged_plot_outlives_the_window_of_its_panel(window):
     assert panel.isAncestorOf(panel.board)
 
 
+@pytest.mark.long
 def test_undocked_panel_works_and_returns_to_its_place(window):
     panel = window.column.get(ContactsPanel)
     before = order(window)
@@ -146,6 +147,7 @@ def test_every_panel_has_a_guide_heading(window):
     window._commands._guide = None
 
 
+@pytest.mark.long
 def test_text_in_an_undocked_panel_is_applied_before_closing(new_window):
     panel = new_window.column.get(PosturePanel)
     panel.set_folded(False)

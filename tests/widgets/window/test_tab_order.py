@@ -40,7 +40,7 @@ def walk(window, key):
     ("tab", "included"),
     [
         (PanelTab.TOUCH, {"map-view", "colour-bar", "plot-force", "panel-tabs", "events-panel-help"}),
-        (PanelTab.MODEL, {"effect-skin-choice", "messages-panel-help"}),
+        pytest.param(PanelTab.MODEL, {"effect-skin-choice", "messages-panel-help"}, marks=pytest.mark.long),
     ],
 )
 def test_tab_visits_all_panels_in_order(new_window, tab, included):

@@ -221,6 +221,7 @@ def test_points_come_while_it_measures_and_a_dead_process_is_told(panel, qtbot):
     assert drawn(panel) == []
 
 
+@pytest.mark.long
 @in_a_process
 def test_another_skin_stops_what_is_being_measured(panel, qtbot):
     press(panel, "measure", qtbot)

@@ -73,6 +73,7 @@ def test_it_is_there_while_something_is_connected(window, tmp_path):
     assert window.live.live_input is None
 
 
+@pytest.mark.long
 def test_it_tells_how_readings_arrive(window, tmp_path):
     panel = connected(window, tmp_path)
     assert text(panel, "counts") == "5"
@@ -251,6 +252,7 @@ def test_no_contact_is_detected_before_the_tare_and_nothing_moves(window, tmp_pa
     window.live.connection.close()
 
 
+@pytest.mark.long
 def test_channels_are_counted_and_listed_on_request(window, tmp_path):
     """Every fifth channel sends nothing for six seconds, while all others vary."""
     taxels = len(window.live.prepared.skin)

@@ -173,6 +173,7 @@ def test_a_hand_ends_it_and_so_does_leaving(panel, driver, window_again):
     assert panel.isHidden()
 
 
+@pytest.mark.long
 def test_another_machine_is_refused_in_words(panel):
     panel.findChild(QLineEdit, "motion-address").setText("udp://192.0.2.1:9900")
     choose(panel, "Hold force")
@@ -221,6 +222,7 @@ def test_limits_of_the_panel_are_those_that_are_sent(panel, driver):
     assert max(abs(packet["velocities"]["hinge"]) for packet in packets) == pytest.approx(0.01)
 
 
+@pytest.mark.long
 def test_driver_that_is_not_there_is_named(panel, driver):
     panel.findChild(QLineEdit, "motion-address").setText(f"udp://127.0.0.1:{driver.getsockname()[1]}")
     choose(panel, "Hold force")

@@ -98,6 +98,7 @@ def test_parts_are_lit_until_felt_and_the_result_is_listed_and_saved(window, tmp
     assert np.array_equal(selection.taxels, np.sort(selection.taxels))
 
 
+@pytest.mark.long
 def test_check_at_rest_cannot_be_finished_and_a_new_connection_forgets_it(window, tmp_path):
     panel = connected(window, tmp_path, [], 0)
     press(panel, "start")

@@ -35,6 +35,7 @@ def test_history_keeps_the_last_seconds_in_order():
     assert force.tolist() == list(range(200 - len(force), 200))
 
 
+@pytest.mark.long
 def test_full_history_keeps_minimum_and_maximum_of_each_span():
     """A push of one tick among ten thousand is drawn at full height."""
     history = SampleHistory(seconds=10.0, capacity=200)

@@ -126,6 +126,7 @@ def test_backspace_removes_a_corner_without_a_reset(window):
     assert window.live.runner.session.frame.time < 0.1
 
 
+@pytest.mark.long
 def test_undo_applies_to_the_path_or_the_map_depending_on_the_tool(window):
     window.editor.do("Move", lambda document: move(document, [2], (0.01, 0.0)))
     draw(window)
@@ -167,6 +168,7 @@ def test_undo_while_drawing_removes_the_last_corner(new_window):
     assert not window.action("undo").isEnabled()
 
 
+@pytest.mark.long
 def test_undo_of_a_path_keeps_the_gains(window):
     draw(window)
     window.live.set_settings(replace(settings(window), force_gain=0.03))
@@ -176,6 +178,7 @@ def test_undo_of_a_path_keeps_the_gains(window):
     assert led.force_gain == 0.03
 
 
+@pytest.mark.long
 def test_menu_clears_the_path_and_changes_the_force(window):
     assert not window.action("clear_path").isEnabled()
     draw(window)
@@ -190,6 +193,7 @@ def test_menu_clears_the_path_and_changes_the_force(window):
     assert not window.action("clear_path").isEnabled()
 
 
+@pytest.mark.long
 def test_path_shape_of_the_menu_is_shown_in_the_panel(window):
     window.action("path_raster").trigger()
     assert settings(window).path_kind == "raster"
@@ -198,6 +202,7 @@ def test_path_shape_of_the_menu_is_shown_in_the_panel(window):
     assert window.action("path_spline").isChecked()
 
 
+@pytest.mark.long
 def test_press_with_the_path_tool_does_not_poke(window):
     draw(window)
     run(window, 0.1)

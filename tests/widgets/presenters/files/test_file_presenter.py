@@ -250,6 +250,7 @@ def test_file_dialog_opens_in_its_last_folder(window, monkeypatch, tmp_path):
     assert folders[1] != str(tmp_path), "each kind has its own"
 
 
+@pytest.mark.long
 def test_scenes_are_listed_with_title_and_description(window, monkeypatch):
     opened = []
     monkeypatch.setattr(window.live, "open_scene", lambda scene, file=None: opened.append(scene))
@@ -352,6 +353,7 @@ def press(window, answer):
     next(button for button in box.buttons() if button.text() == answer).click()
 
 
+@pytest.mark.long
 def test_taxel_files_are_merged_replaced_or_added_as_one_step(window, monkeypatch, tmp_path, skin_files):
     files = [tmp_path / f"{name}.csv" for name in ("first", "second", "third")]
     for number, file in enumerate(files):

@@ -74,6 +74,7 @@ def test_edit_is_unsaved_until_saved_or_undone(window, files, tmp_path, monkeypa
     assert all(np.array_equal(a.plane, b.plane) for a, b in zip(saved.charts, present.charts, strict=True))
 
 
+@pytest.mark.long
 def test_second_save_uses_the_same_file(window, files, tmp_path, monkeypatch):
     monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(tmp_path / "a.npz"))
     window.action("save").trigger()
@@ -144,7 +145,7 @@ def test_map_is_exported_in_each_format(window, files, tmp_path, monkeypatch, en
     assert files.unsaved, "an export is no save"
 
 
-@pytest.mark.parametrize("ending", [".obj", ".svg", ".npz"])
+@pytest.mark.parametrize("ending", [".obj", ".svg", pytest.param(".npz", marks=pytest.mark.long)])
 def test_exported_map_is_dropped_or_opened_as_one_edit(window, files, tmp_path, monkeypatch, ending):
     path = str(tmp_path / f"map{ending}")
     expected = window.editor.document.map.taxel_points
@@ -378,6 +379,7 @@ def test_restored_autosave_is_replaced_by_a_new_one(window, files, left, tmp_pat
     assert load_document(after).layout == left.layout
 
 
+@pytest.mark.long
 def test_discarding_an_autosave_asks_first(window, left, tmp_path):
     click(window, "Discard edits")
     answer(window, QMessageBox.StandardButton.Cancel, "discard")

@@ -79,6 +79,7 @@ def test_click_on_the_first_corner_closes_the_path(hand, lead, corners):
     assert settings.path[0] == settings.path[-1]
 
 
+@pytest.mark.long
 def test_stroke_is_a_path_with_few_corners(hand, lead, corners):
     set_path_kind(lead, "polyline")
     hand.press(corners[0])

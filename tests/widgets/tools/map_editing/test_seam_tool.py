@@ -81,6 +81,7 @@ def test_pointer_off_the_patch_snaps_to_the_border(hand, editor, tool, document)
     assert tool._tip is None or tool._tip[0] != SHEET, "another patch may lie there"
 
 
+@pytest.mark.long
 def test_clicks_draw_through_several_vertices_and_enter_cuts(hand, editor, document):
     for at, row in ((0, 3), (4, 3), (4, 5)):
         hand.click(inside(document, at, row))
@@ -123,6 +124,7 @@ def test_path_to_the_pointer_is_shown_on_map_and_body(hand, tool, document):
     assert tool.body_marks() is marks
 
 
+@pytest.mark.long
 def test_seam_that_splits_the_patch_is_rejected_and_can_be_corrected(hand, editor, tool, document):
     hand.click(inside(document, 4, 0))
     hand.click(inside(document, 4, 6))
@@ -144,6 +146,7 @@ def test_rejected_drag_is_discarded(hand, editor, tool, document):
     assert editor.document is document
 
 
+@pytest.mark.long
 def test_seam_avoids_areas_of_interest_or_is_rejected(hand, editor, document):
     wall = [sheet_vertex(at, row) for at in (0, 1, 2, 3, 4, 5, 7, 8) for row in (3, 4)]
     editor.ask(lambda now: paint_interest(now, SHEET, wall))
@@ -236,6 +239,7 @@ def test_seam_being_computed_is_shown_and_a_second_one_waits(hand, editor, tool,
     assert seams(editor.document) == column(4) | column(4, at=6)
 
 
+@pytest.mark.long
 def test_erased_only_seam_of_a_tube_is_replaced(hand, editor, document):
     on_seam = document.map.seams[TUBE][0].mean(axis=0)
     QTest.mouseClick(hand.view.viewport(), LEFT, ALT, hand.pixel(on_seam))

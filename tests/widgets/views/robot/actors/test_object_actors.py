@@ -68,6 +68,7 @@ def corners(body):
     return body.spec.pose.points(body.mesh.vertices)
 
 
+@pytest.mark.long
 def test_only_near_objects_are_fitted_to_the_view(scene, prepared):
     size = (240, 200)
     bodies = among(prepared, BALL, CRATE).objects
