@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import assert_never
@@ -111,6 +112,12 @@ def bent_skin_notes(felt: float, force: float, by: str, link: str) -> tuple[Cont
     if abs(felt - force) <= NOTED_BIAS * force:
         return ()
     return (replace(load_note(ContactNoteKind.BENT_SKIN, by, link), ratio=felt / force if force > 0 else math.inf),)
+
+
+def lacking_shares(notes: Iterable[ContactNote]) -> dict[str, float]:
+    """Return the share of the force that contacts lack, because it is below the threshold, by link."""
+    below = (note for note in notes if note.kind is ContactNoteKind.BELOW_THRESHOLD)
+    return {note.bodies[-1]: note.share for note in below if note.share is not None}
 
 
 def contact_note_text(note: ContactNote) -> str:

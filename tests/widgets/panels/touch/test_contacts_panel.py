@@ -17,6 +17,7 @@ from tactile_maps.control.motion.command import TaskReport
 from tactile_maps.core.reading_units import ReadingUnits
 from tactile_maps.scene.effects import Effects
 from tactile_maps.session.session import Session
+from tactile_maps.tactile.mechanics.contact_notes import ContactNote, ContactNoteKind
 from tactile_maps.tactile.poke import PokePressed
 from tactile_maps.tactile.sensors.sensor_effects import Noise, SensorEffects
 from tactile_widgets.panels.touch.contacts_panel import ESTIMATORS as WORDS
@@ -27,6 +28,7 @@ from tactile_widgets.panels.touch.contacts_panel import (
     estimate_text,
     uncertainty_text,
 )
+from tactile_widgets.views.overlays.task_overlay import NO_TASK
 from tests.widgets.support.samples import leaf_map, touched
 
 TOLD = ForceEstimate(
@@ -205,6 +207,27 @@ def test_force_of_a_saturated_contact_is_a_lower_bound(panel, prepared):
         region = replace(frame.regions[0], force_error=lost, force_parts={"saturation": lost})
         panel.show_frame(replace(frame, regions=(region,)))
         assert facts.text().startswith(first)
+
+
+def test_force_that_contacts_lack_below_the_threshold_is_stated_with_its_share(panel, prepared):
+    frame = touched(prepared.map, (30,))
+    region = frame.regions[0]
+    facts = panel.findChild(QLabel, "contacts-facts")
+    summary = panel.findChild(QLabel, "contacts-summary")
+    note = ContactNote(ContactNoteKind.BELOW_THRESHOLD, ("book", region.link), force=6.87, pressure=2e3, threshold=2e3)
+    lacking = replace(note, share=0.38)
+    panel.show_frame(replace(frame, notes=(lacking,)))
+    assert facts.text().split("\n")[2:] == ["Lacks 38\u202f% of the force: below the threshold"]
+    assert facts.fontMetrics().horizontalAdvance(facts.text().split("\n")[2]) <= facts.width()
+    assert NO_TASK.force_words(region, frame.units, (lacking,)) == f"≥\u202f{NO_TASK.force_words(region, frame.units)}"
+    other = replace(lacking, bodies=("another_link",))
+    panel.show_frame(replace(frame, notes=(other,)))
+    assert len(facts.text().split("\n")) == 2
+    assert NO_TASK.force_words(region, frame.units, (other,)) == NO_TASK.force_words(region, frame.units)
+    panel.show_frame(replace(frame, regions=(), notes=(replace(note, bodies=("book", "left_hand")),)))
+    assert summary.text() == "No contact: 6.87\u202fN on left hand is below the threshold."
+    panel.show_frame(replace(frame, regions=()))
+    assert summary.text() == "No contact. Press the skin in a view."
 
 
 def test_sum_of_depths_is_shown_without_an_accuracy(panel, prepared):

@@ -25,7 +25,12 @@ from tactile_maps.core.reading_units import THIN, ReadingUnits
 from tactile_maps.scene.effects import EFFECTS, Effects
 from tactile_maps.session.frame import Frame
 from tactile_maps.session.prepare import PreparedScene
-from tactile_maps.tactile.mechanics.contact_notes import contact_note_text
+from tactile_maps.tactile.mechanics.contact_notes import (
+    ContactNote,
+    ContactNoteKind,
+    contact_note_text,
+    lacking_shares,
+)
 from tactile_maps.tactile.sensors.sensor_effects import ALIVE
 from tactile_widgets.common.make import add_items, column_layout, make, show_text, value_label
 from tactile_widgets.common.panel import FlatComboBox, Panel
@@ -426,8 +431,14 @@ class ContactRow:
                 cell.setText(text)
 
 
-def region_summary(region: ContactRegion, among: Sequence[ContactRegion], units: ReadingUnits) -> str:
-    """Return the facts about a region in two lines; a third line names the region in ``among`` that it touches."""
+def region_summary(
+    region: ContactRegion, among: Sequence[ContactRegion], units: ReadingUnits, lacking: Mapping[str, float]
+) -> str:
+    """Return the facts about a region in two lines.
+
+    A third line states the share of the force on its link that contacts lack (``lacking``, by link), and the region in
+    ``among`` that it touches.
+    """
     long, short = 2e3 * np.linalg.norm(region.link_axes, axis=1)
     size = f"{long:.0f} × {short:.0f}\u202fmm" if long > 0 else "shape not resolved"
     error = units.force_words(region.force_error, 2)
@@ -439,8 +450,24 @@ def region_summary(region: ContactRegion, among: Sequence[ContactRegion], units:
         f"{force}, centre ± {1e3 * region.place_error:.1f}\u202fmm",
         f"Mean {units.reading(region.mean)}, {size}",
     ]
-    lines += [f"Touches {other.link.replace('_', ' ')}" for other in among if other.id == region.partner]
+    more = [lacking_text(lacking[region.link])] if region.link in lacking and error is not None else []
+    more += [f"touches {other.link.replace('_', ' ')}" for other in among if other.id == region.partner]
+    lines += [text[0].upper() + text[1:] for text in ["; ".join(more)] if text]
     return "\n".join(lines)
+
+
+def lacking_text(share: float) -> str:
+    """Return a text like "lacks 38 % of the force: below the threshold"."""
+    return f"lacks {100 * share:.0f}{THIN}% of the force: below the threshold"
+
+
+def no_contact_text(notes: Sequence[ContactNote]) -> str:
+    """Return the summary without contacts: a force below the threshold, or how to make a contact."""
+    for note in notes:
+        if note.kind is ContactNoteKind.BELOW_THRESHOLD and note.force is not None:
+            link = note.bodies[-1].replace("_", " ")
+            return f"No contact: {note.force:.3g}{THIN}N on {link} is below the threshold."
+    return "No contact. Press the skin in a view."
 
 
 _PARTS = {
@@ -534,6 +561,7 @@ class ContactsPanel(Panel):
         self._regions: tuple[ContactRegion, ...] = ()
         self._estimates: Mapping[int, ForceEstimate] = {}
         self._controlled: tuple[int, ...] | None = None
+        self._notes: tuple[ContactNote, ...] = ()
         self._units = ReadingUnits.CALIBRATED
         self._measured = False
         grid = self.grid()
@@ -610,8 +638,12 @@ class ContactsPanel(Panel):
         self._regions = ()
         self._estimates = {}
         self._controlled = None
-        self._summary.setText("No contact." if self._measured else "No contact. Press the skin in a view.")
+        self._notes = ()
+        self._show_none()
         self._fill()
+
+    def _show_none(self) -> None:
+        self._summary.setText("No contact." if self._measured else no_contact_text(self._notes))
 
     def show_prepared(self, prepared: PreparedScene) -> None:
         self.fingers.show_skin(prepared.skin)
@@ -630,7 +662,10 @@ class ContactsPanel(Panel):
             self._use_units(frame.units, measured=measured)
         if not frame.regions:
             self.clear()
+            self._notes = frame.notes
+            self._show_none()
             return
+        self._notes = frame.notes
         noun = "contact" if len(frame.regions) == 1 else "contacts"
         total = self._units.force_words(sum(region.force for region in frame.regions))
         words = "force unknown: not calibrated" if total is None else f"{total} in all"
@@ -702,7 +737,8 @@ class ContactsPanel(Panel):
     def _fill_facts(self, region: ContactRegion | None) -> None:
         """Show the facts about the selected region, or the first one."""
         parts = "" if region is None else uncertainty_text(region, self._units)
-        self._facts.setText("" if region is None else region_summary(region, self._regions, self._units))
+        lacking = lacking_shares(self._notes)
+        self._facts.setText("" if region is None else region_summary(region, self._regions, self._units, lacking))
         shear = "" if region is None or region.shear is None else shear_text(region.shear)
         self._facts.setToolTip("\n\n".join(filter(None, (parts, shear, _FACTS_TIP))))
         estimate = None if region is None else self._estimates.get(region.id)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from itertools import pairwise
 
@@ -9,10 +10,11 @@ import numpy as np
 
 from tactile_maps.contacts.detection.regions import ContactRegion
 from tactile_maps.core.arrays import ArrayFields, BoolArray, FloatArray, IntArray
-from tactile_maps.core.reading_units import ReadingUnits
+from tactile_maps.core.reading_units import THIN, ReadingUnits
 from tactile_maps.geometry.surface.mesh import SurfacePoint
 from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.skin.model.skin import Skin
+from tactile_maps.tactile.mechanics.contact_notes import ContactNote, lacking_shares
 
 TRAIL_SECONDS = 4.0
 """Duration of the contact path that is shown [s]."""
@@ -121,12 +123,15 @@ class TaskOverlay:
         facts = [(one.target, one.goal, one.contact, one.controlled) for one in (self, other)]
         return facts[0] == facts[1] and self.path is other.path and self.tail is other.tail
 
-    def force_words(self, region: ContactRegion, units: ReadingUnits) -> str:
-        """Format a region's force, with the goal if it has one; its peak reading if readings are not calibrated."""
-        words = units.contact_words(region.force, region.peak)
+    def force_words(self, region: ContactRegion, units: ReadingUnits, notes: Iterable[ContactNote] = ()) -> str:
+        """Format a region's force, with the goal if it has one; its peak reading if readings are not calibrated.
+
+        "≥" marks a force that lacks a part below the threshold, which ``notes`` state.
+        """
+        least = f"≥{THIN}" if units.force is not None and region.link in lacking_shares(notes) else ""
         if self.goal is None or region.id not in (self.contact, *self.controlled):
-            return words
-        return f"{region.force:.1f} of {units.contact_words(self.goal, region.peak)}"
+            return least + units.contact_words(region.force, region.peak)
+        return f"{least}{region.force:.1f} of {units.contact_words(self.goal, region.peak)}"
 
 
 NO_TASK = TaskOverlay()

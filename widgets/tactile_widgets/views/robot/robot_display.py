@@ -363,10 +363,11 @@ class RobotDisplay(QObject):
         view = self.actors.viewpoint
         size = self.size
         units = ReadingUnits.CALIBRATED if self._frame is None else self._frame.units
+        notes = () if self._frame is None else self._frame.notes
         forces = tuple(
             ForceCaption(
                 view.pixels(arrow, size),
-                self._task.force_words(region, units),
+                self._task.force_words(region, units, notes),
                 bool((arrow[0] - arrow[1]) @ (view.eye - arrow[1]) < 0),
                 ring_radius(region) / self._pixel_at(arrow[1], view),
             )

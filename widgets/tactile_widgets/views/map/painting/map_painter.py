@@ -125,7 +125,7 @@ class MapMarks:
         contacts = []
         for region in frame.regions:
             if (at := picture.mark_of(region.at)) is not None:
-                words = self.task.force_words(region, frame.units)
+                words = self.task.force_words(region, frame.units, frame.notes)
                 contacts.append(ContactMark(at, words, _reach(region, at, frame, picture)))
         tips = ((picture.mark_of(poke.at), poke.radius * picture.shapes.frame.scale) for poke in frame.pokes)
         return replace(
