@@ -118,8 +118,7 @@ def test_contacts_have_outline_wrench_and_covariance_for_each_link(told, frames,
     assert any(frame.regions for frame in frames)
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("rate", [20.0, 30.0])
+@pytest.mark.parametrize("rate", [pytest.param(20.0, marks=pytest.mark.long), 30.0])
 def test_pictures_have_the_times_of_their_ticks(player, frames, tmp_path, rate):
     """At 30 a second of 200 ticks every seventh tick is shown."""
     found = messages(exported(player, tmp_path / "bag", rate))

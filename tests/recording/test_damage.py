@@ -140,7 +140,6 @@ def test_further_losses_of_a_copy_replace_those_that_it_states():
     assert merge_damage([other], stated) == [*stated, other]
 
 
-@pytest.mark.long
 def test_frames_after_a_lost_input_are_not_compared(recording, tmp_path):
     spans = chunk_spans(recording)
     number = next(n for n in range(3, len(spans)) if {"/frame", "/input"} <= topics_in(recording, n))
@@ -157,7 +156,6 @@ def test_frames_after_a_lost_input_are_not_compared(recording, tmp_path):
     assert outcome.not_compared == len(player) - len(compared) > 0
 
 
-@pytest.mark.long
 def test_verification_without_comparable_frames_is_not_identical(recording, tmp_path, capsys):
     """The first input is missing, so no frame can be simulated again."""
 
@@ -175,8 +173,9 @@ def test_verification_without_comparable_frames_is_not_identical(recording, tmp_
     assert "yes" not in said
 
 
-@pytest.mark.sampled(1)
-@pytest.mark.parametrize("machine", [{"cpu": "Abacus 1", "blas": "slowblas, kernel Beads"}, {}])
+@pytest.mark.parametrize(
+    "machine", [{"cpu": "Abacus 1", "blas": "slowblas, kernel Beads"}, pytest.param({}, marks=pytest.mark.long)]
+)
 def test_a_difference_on_another_machine_names_both_and_its_size(recording, tmp_path, capsys, machine):
     """One pressure of the last frame is off by a millionth of a kPa, as rounding may leave it."""
     player = RecordingPlayer(recording)

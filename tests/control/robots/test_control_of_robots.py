@@ -196,10 +196,9 @@ _APPROACHES = [
     ("arm", 1e5, 30.0, 0.010),
 ]
 """Robot, stiffness of the cover [N/m], largest impact [N], and distance of the ball at the start [m]."""
-_QUICK = (1, 6, 11)
+_QUICK = (11,)
 
 
-@pytest.mark.sampled(1)
 @pytest.mark.parametrize(
     ("name", "stiffness", "max_impact", "distance"),
     [pytest.param(*case, marks=() if k in _QUICK else pytest.mark.long) for k, case in enumerate(_APPROACHES)],

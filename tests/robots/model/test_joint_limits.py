@@ -35,7 +35,6 @@ def test_speed_that_is_not_positive_is_reported_and_not_used(text, urdf):
 NONE = (math.inf, math.inf)
 
 
-@pytest.mark.long
 @pytest.mark.parametrize(
     ("actuators", "limit"),
     [

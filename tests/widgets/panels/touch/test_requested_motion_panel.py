@@ -173,7 +173,6 @@ def test_a_hand_ends_it_and_so_does_leaving(panel, driver, window_again):
     assert panel.isHidden()
 
 
-@pytest.mark.long
 def test_another_machine_is_refused_in_words(panel):
     panel.findChild(QLineEdit, "motion-address").setText("udp://192.0.2.1:9900")
     choose(panel, "Hold force")
@@ -182,7 +181,6 @@ def test_another_machine_is_refused_in_words(panel):
     assert not panel.findChild(QPushButton, "motion-send").isChecked()
 
 
-@pytest.mark.long
 def test_the_readings_own_port_is_refused_in_words(panel, window_again):
     window_again.live.connection.close()
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
