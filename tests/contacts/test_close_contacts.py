@@ -5,13 +5,23 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tactile_maps.contacts.detection.centre_of_pressure import SensorUncertainty
 from tactile_maps.contacts.detection.close_contacts import CloseContactSeparator
+from tactile_maps.contacts.detection.detection import ContactDetector
 from tactile_maps.contacts.detection.regions import TaxelGraph, TaxelGroup
 from tactile_maps.contacts.detection.taxel_noise import TaxelNoise
 from tactile_maps.contacts.pipeline import ContactPipeline, ReadingSettings
 from tactile_maps.core.errors import SceneError
 from tactile_maps.maps.build import build_map
-from tactile_maps.tactile.sensors.sensor_effects import SensorEffects
+from tactile_maps.tactile.sensors.sensor_chain import SensorChain
+from tactile_maps.tactile.sensors.sensor_effects import (
+    Crosstalk,
+    GainSpread,
+    Noise,
+    Quantisation,
+    SensorEffects,
+    Threshold,
+)
 from tests.support.touch import bar, bar_skin
 
 SKIN = bar_skin(400, finer=3)
@@ -87,6 +97,80 @@ def test_ids_are_kept_where_contacts_join_and_part():
     apart = {region.id for region in read(sense, pressed(-1.25, 1.25))}
     read(sense, pressed(-0.4, 0.4), tick=2)
     assert {region.id for region in read(sense, pressed(-1.25, 1.25), tick=3)} == apart
+
+
+LIMIT = 2500.0
+"""Threshold of a sensor [Pa]."""
+
+
+def in_a_row(*readings):
+    """Readings (taxels,) of neighbours along the bar [Pa], of which only the next ones are neighbours."""
+    graph = TaxelGraph(SKIN)
+    line = [int(np.argmin(np.linalg.norm(POSITIONS - CENTRE, axis=1)))]
+    while len(line) < len(readings):
+        line.append(max(graph.near[line[-1]], key=lambda taxel: POSITIONS[taxel, 0]))
+    found = np.zeros(len(SKIN))
+    found[line] = readings
+    return found
+
+
+def with_sensor_threshold():
+    """Detector of a sensor that reads 0 below its threshold."""
+    effects = SensorEffects(threshold=Threshold(at=LIMIT), noise=Noise(sd=100.0))
+    return ContactDetector(MAP, errors=SensorUncertainty.of_sensor(effects))
+
+
+def test_contact_whose_middle_falls_below_the_threshold_remains_one():
+    detector = with_sensor_threshold()
+    (before,) = detector.read(in_a_row(2600, 2700, 2650))
+    (held,) = detector.read(in_a_row(2600, 0, 2650))
+    assert held.id == before.id
+    assert (held.touched, held.split_from) == (2, None)
+    (after,) = detector.read(in_a_row(2600, 2700, 2650))
+    assert (after.id, after.merged) == (before.id, ())
+
+
+def test_contacts_that_part_with_a_deep_dip_are_two_at_once():
+    detector = with_sensor_threshold()
+    (before,) = detector.read(in_a_row(6000, 5000, 6500))
+    both = detector.read(in_a_row(6000, 0, 6500))
+    assert len(both) == 2
+    assert {region.split_from for region in both} == {None, before.id}
+    detector = ContactDetector(MAP, errors=SensorUncertainty(noise=100.0))
+    detector.read(in_a_row(1400, 1200, 1500))
+    assert len(detector.read(in_a_row(1400, 499, 1500))) == 2, "below the level at which a taxel is released"
+    detector = ContactDetector(MAP, errors=SensorUncertainty(noise=250.0))
+    detector.read(in_a_row(1400, 1200, 1500))
+    assert len(detector.read(in_a_row(1400, 499, 1500))) == 1, "noise may be as large"
+
+
+def test_second_touch_near_a_contact_is_a_contact_at_once():
+    detector = with_sensor_threshold()
+    detector.read(in_a_row(2600, 0, 0))
+    assert len(detector.read(in_a_row(2600, 0, 2600))) == 2
+
+
+def test_box_with_the_pressure_of_the_threshold_is_one_contact():
+    """A box at rest on a skin with all effects of the sensor does not split and merge with the noise."""
+    effects = SensorEffects(
+        crosstalk=Crosstalk(),
+        gain_spread=GainSpread(),
+        noise=Noise(),
+        threshold=Threshold(),
+        quantisation=Quantisation(),
+    )
+    places = np.abs(POSITIONS - CENTRE)
+    pressures = np.where((places[:, 0] < 4.2 * PITCH) & (places[:, 1] < 0.02) & (places[:, 2] < 1e-3), 2750.0, 0.0)
+    parted = []
+    for seed in range(3):
+        chain = SensorChain(SKIN, effects, tick=0.02, seed=seed)
+        detector = ContactDetector(MAP, errors=SensorUncertainty.of_sensor(effects))
+        for step in range(40):
+            regions = detector.read(chain.read(pressures), time=0.02 * step)
+            parted += [region.id for region in regions if step and region.split_from is not None]
+            parted += [region.id for region in regions if step and region.merged]
+        assert len(regions) >= 1
+    assert len(parted) <= 3
 
 
 def test_separated_cores_are_a_partition_and_rings_are_untouched():

@@ -10,6 +10,10 @@ therefore searched in the mean of each taxel's reading and the mean reading of i
 two equal round contacts with a radius of 1.5, 2 and 2.5 pitches are separated from a distance of 2.5, 3.5 and 4 pitches
 on.
 
+Parts of a contact whose taxels between them fall below the threshold remain one contact by the same criterion: a body
+that presses with about the threshold would be one contact and two in turn. Readings below the threshold of the sensor
+are unknown up to it. Contacts that were not one before are not joined.
+
 The peaks are those of the upper level sets of these means, with the prominence that they have when they meet a higher
 one (H. Edelsbrunner, J. Harer, Computational Topology, 2010, section VII.1); each taxel belongs to the peak that
 is reached from it by the steepest ascent.
@@ -67,6 +71,50 @@ class CloseContactSeparator:
         smoothed = self._smoothing @ readings
         return list(chain.from_iterable(self._divided(group, smoothed, noise) for group in groups))
 
+    def united(
+        self,
+        groups: Sequence[TaxelGroup],
+        names: Sequence[tuple[int, int | None]],
+        readings: FloatArray,
+        noise: FloatArray,
+    ) -> list[TaxelGroup]:
+        """Return the groups, where parts of one contact without a deep dip between them are one group.
+
+        Parts have a common ring taxel between them.
+
+        Args:
+            groups: The groups.
+            names: Numbers of connected group and earlier contact (None for a new one) of each group.
+            readings: (taxels,) highest pressure of each taxel that its reading allows [Pa].
+            noise: (taxels,) reading that noise rarely exceeds [Pa].
+        """
+        part = {number: number for number in range(len(groups))}
+        for second, (connected, contact) in enumerate(names):
+            for first, (other, earlier) in enumerate(names[:second]):
+                if contact is not None and contact == earlier and connected != other:
+                    between = groups[first].ring & groups[second].ring
+                    if between and not self._apart(groups[first].core, groups[second].core, between, readings, noise):
+                        part[_root(second, part)] = _root(first, part)
+        found: dict[int, TaxelGroup] = {}
+        for number, group in enumerate(groups):
+            known = found.get(_root(number, part), TaxelGroup(frozenset(), frozenset()))
+            core = known.core | group.core
+            found[_root(number, part)] = TaxelGroup(core, (known.ring | group.ring) - core)
+        return list(found.values())
+
+    def _apart(
+        self,
+        first: frozenset[int],
+        second: frozenset[int],
+        between: frozenset[int],
+        readings: FloatArray,
+        noise: FloatArray,
+    ) -> bool:
+        """Whether the dip in the taxels ``between`` two groups of touched taxels is deep."""
+        lower = min((max(core, key=readings.__getitem__) for core in (first, second)), key=readings.__getitem__)
+        dip = max(between, key=readings.__getitem__)
+        return _is_deep(readings[lower], readings[dip], math.hypot(noise[lower], noise[dip]))
+
     def _divided(self, group: TaxelGroup, smoothed: FloatArray, noise: FloatArray) -> list[TaxelGroup]:
         """Return the contacts in a group, that of the smallest taxel first; the group itself if it is one."""
         if len(group.core) < _FEWEST:
@@ -105,13 +153,17 @@ class CloseContactSeparator:
             higher = max(roots, key=lambda one: (level[top[one]], -one))
             for lower in roots - {higher}:
                 peak = top[lower]
-                dip = level[peak] - level[taxel]
-                if level[taxel] > RAYLEIGH * level[peak] or dip < math.hypot(limit[peak], limit[taxel]):
+                if not _is_deep(level[peak], level[taxel], math.hypot(limit[peak], limit[taxel])):
                     basin[peak] = next(one for one in around if _root(one, part) == higher)
             for lower in roots:
                 part[lower] = higher
             part[taxel] = higher
         return {taxel: _root(taxel, basin) for taxel in level}
+
+
+def _is_deep(peak: float, dip: float, noise: float) -> bool:
+    """Whether contacts are separate, from the readings of the lower peak and the dip and the noise of both [Pa]."""
+    return dip <= RAYLEIGH * peak and peak - dip >= noise
 
 
 def _root(taxel: int, parents: dict[int, int]) -> int:

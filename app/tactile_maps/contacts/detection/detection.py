@@ -163,9 +163,14 @@ class ContactDetector:
         self._measure_dips()
 
     def _measure_dips(self) -> None:
-        """Compute the dip (taxels,) between close contacts that noise rarely exceeds [Pa]; None for unknown noise."""
-        noise = self._errors.taxels
-        self._dips = None if noise is None else self._close.smoothed_noise(noise.limits(_DIP_LIMIT))
+        """Compute the dips (taxels,) between close contacts that noise rarely exceeds [Pa].
+
+        ``_noise`` is for readings. ``_dips`` is for smoothed readings, None for noise that was not measured.
+        """
+        errors = self._errors
+        measured = None if errors.taxels is None else errors.taxels.limits(_DIP_LIMIT)
+        self._noise = np.full(len(self._skin), _DIP_LIMIT * errors.noise) if measured is None else measured
+        self._dips = None if measured is None else self._close.smoothed_noise(measured)
 
     @property
     def errors_now(self) -> SensorUncertainty:
@@ -331,9 +336,12 @@ class ContactDetector:
         groups = self._graph.groups(touched.tolist())
         if groups and self._may_be_noise:
             touched, groups = self._believed(touched, groups, pressures)
+        connected = groups
         if groups and self.separates and self._dips is not None:
             self._seen = b""  # search again, even if the same taxels are touched
             groups = self._close.separated(groups, pressures, self._dips)
+        if len(connected) > 1:
+            groups = self._united(groups, connected, pressures)
         self._touched = touched
         self._level()
         names = self._tracker.assign(groups, now=time, measure=lambda parts: self._measured(parts, pressures))
@@ -343,6 +351,19 @@ class ContactDetector:
         for felt in self._felt:
             self._covered[felt.taxels] = True
         self._beyond = b""
+
+    def _united(
+        self, groups: list[TaxelGroup], connected: Sequence[TaxelGroup], pressures: FloatArray
+    ) -> list[TaxelGroup]:
+        """Return the groups, where parts of one contact that may not be separate are one group."""
+        owner = {taxel: number for number, group in enumerate(connected) for taxel in group.core}
+        names = [(owner[min(group.core)], self._tracker.contact_of(group)) for group in groups]
+        if len({contact for _, contact in names}) == len(names):
+            return groups
+        self._seen = b""  # search again, even if the same taxels are touched
+        threshold = self._errors.effects.threshold
+        readings = pressures if threshold is None else np.maximum(pressures, threshold.at)
+        return self._close.united(groups, names, readings, self._noise)
 
     def _extend(self, pressures: FloatArray) -> bool:
         """Add pressed taxels that are connected to the rings of groups; return whether nothing changed."""

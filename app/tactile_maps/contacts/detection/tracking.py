@@ -351,6 +351,12 @@ class RegionTracker:
         self._remember(groups, names)
         return names
 
+    def contact_of(self, group: TaxelGroup) -> int | None:
+        """Return the id of the earlier contact that had most of the touched taxels of ``group``, or on whose ring they
+        are; None for a new contact.
+        """
+        return _parent(_votes(group.core, self._core) or _votes(group.core, self._ring))
+
     def _moved(self, group: TaxelGroup, placed: set[int]) -> Counter[int]:
         """Return the votes of a group without shared touched taxels, for contacts that are not ``placed`` elsewhere."""
         if placed.issuperset(self._core.values()):
