@@ -200,7 +200,8 @@ def _steps(found: Sequence[Row]) -> Iterator[str]:
     yield "\n".join(lines)
     yield wrapped(
         "*refused*: the program names the cause and the longest possible step. Examples are a probe of 0.2 kg at 4 ms "
-        "with 20 kN/m, the foundation at 4 ms under a face, and friction with the foundation, which has none."
+        "with 20 kN/m, the foundation at 4 ms under a face, and friction with the foundation, which has none. A free "
+        "body too light for the step touches with less than the stated stiffness, which the program states."
     )
 
 
