@@ -10,11 +10,14 @@ import pytest
 from tactile_maps.control.controllers import CONTROL_SCHEMES
 from tactile_maps.core.errors import UsageError
 from tactile_maps.studies.sweeps.controller_accuracy import (
+    COMPARED,
+    FEW_SEEDS,
     FINGER_FORCE,
     FORCE_ONLY,
     GOAL,
     PATHS,
     SECOND_CONTACT,
+    SEEDS,
     SENSORS,
     STUDY,
     cases,
@@ -29,12 +32,23 @@ from tactile_maps.studies.testbeds.path_following import run_path
 
 def test_full_table_has_every_combination_once():
     requested = cases(False, 0)
-    rules = set(itertools.product(SKIN_LINKS, PATHS, CONTROL_SCHEMES, SENSORS, range(3)))
-    holds = set(itertools.product(SKIN_LINKS, ("held",), (FORCE_ONLY,), SENSORS, range(3)))
+    rules = set(itertools.product(SKIN_LINKS, PATHS, CONTROL_SCHEMES, SENSORS, range(FEW_SEEDS)))
+    rules |= set(itertools.product(SKIN_LINKS, (COMPARED,), CONTROL_SCHEMES, ("skin",), range(SEEDS)))
+    holds = set(itertools.product(SKIN_LINKS, ("held",), (FORCE_ONLY,), SENSORS, range(FEW_SEEDS)))
+    holds |= set(itertools.product(SKIN_LINKS, ("held",), (FORCE_ONLY,), ("skin",), range(SEEDS)))
     found = [tuple(case[key] for key in ("robot", "path", "controller", "sensor", "seed")) for case in requested]
     assert set(found) == rules | holds
     assert len(found) == len(set(found))
     assert {case["robot"] for case in cases(True, 0)} == set(SKIN_LINKS)
+
+
+def test_seeds_of_the_comparison_are_complete_one_after_another_before_all_other_cases():
+    requested = cases(False, 5)
+    size = len(SKIN_LINKS) * (len(CONTROL_SCHEMES) + 1)
+    compared = requested[: SEEDS * size]
+    assert [case["seed"] for case in compared] == [5 + number for number in range(SEEDS) for _ in range(size)]
+    assert {(case["path"], case["sensor"]) for case in compared} == {(COMPARED, "skin"), ("held", "skin")}
+    assert {case["seed"] for case in requested[SEEDS * size :]} == {5, 6, 7}
 
 
 @pytest.fixture(scope="module")

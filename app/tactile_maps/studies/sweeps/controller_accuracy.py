@@ -33,6 +33,10 @@ PATHS: Mapping[str, Mapping[str, Any]] = {
     "eight beside a finger": {"task": "follow_path", "path_kind": "lemniscate", "path_size": 0.03},
 }
 """Tasks of the contact, all about the place of the first contact, at ``GOAL`` and 10 mm/s."""
+COMPARED = "figure of eight"
+"""Path on which the controllers are compared, with ``SEEDS`` seeds; all other cases have ``FEW_SEEDS``."""
+SEEDS = 10
+FEW_SEEDS = 3
 SECOND_CONTACT = "eight beside a finger"
 """Path during which a second finger touches the same link."""
 SENSORS: Mapping[str, ReadingSettings] = {
@@ -63,23 +67,34 @@ _SENSORS_NOTE = (
 
 
 def cases(quick: bool, seed: int) -> list[Case]:
-    """Return every controller on every robot along every path with every sensor; the one without a task only holds."""
-    controllers: tuple[str, ...] = (*CONTROL_SCHEMES, FORCE_ONLY)
+    """Return every controller on every robot along every path with every sensor; the one without a task only holds.
+
+    The cases of ``COMPARED`` with skin come first, sorted by seed, so that an aborted run contains complete seeds.
+    """
+    if quick:
+        kinds = [("line", "hybrid", "skin"), ("line", "hybrid", "noisy wrench"), ("held", FORCE_ONLY, "skin")]
+        return _cases(kinds, [seed])
     kinds = [
         (path, controller, sensor)
         for path in PATHS
-        for controller in controllers
+        for controller in (*CONTROL_SCHEMES, FORCE_ONLY)
         for sensor in SENSORS
         if controller != FORCE_ONLY or path == "held"
     ]
-    seeds = range(seed, seed + 3)
-    if quick:
-        kinds = [("line", "hybrid", "skin"), ("line", "hybrid", "noisy wrench"), ("held", FORCE_ONLY, "skin")]
-        seeds = seeds[:1]
+    compared = [kind for kind in kinds if _is_compared(*kind)]
+    others = [kind for kind in kinds if not _is_compared(*kind)]
+    return _cases(compared, range(seed, seed + SEEDS)) + _cases(others, range(seed, seed + FEW_SEEDS))
+
+
+def _is_compared(path: str, controller: str, sensor: str) -> bool:
+    return sensor == "skin" and path == ("held" if controller == FORCE_ONLY else COMPARED)
+
+
+def _cases(kinds: Sequence[tuple[str, str, str]], seeds: Sequence[int]) -> list[Case]:
     return [
-        {"robot": robot, "path": path, "controller": controller, "sensor": sensor, "seed": each}
+        {"robot": robot, "path": path, "controller": controller, "sensor": sensor, "seed": seed}
+        for seed in seeds
         for robot in SKIN_LINKS
-        for each in seeds
         for path, controller, sensor in kinds
     ]
 
