@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from tactile_maps.contacts.detection.contact_shear import ContactShear, Slip
 from tactile_maps.contacts.events import (
     EVENT_KINDS,
     RECENT_EVENTS,
+    STICKS,
     ContactEvent,
     ContactState,
     EventDetector,
@@ -64,6 +68,46 @@ def test_whatever_it_does_each_phase_begins_where_the_last_one_ended(seed):
         assert ended.force <= 5.0
     assert events[-1].kind == "release"
     assert events[-1].duration == 10.0
+
+
+def slips(*states):
+    """Return the events of slip in a contact with these usages of friction, for a time each [s], until it is lost."""
+    contact = ContactState(0, 0.0, region(1))
+    events = []
+    tick = 0
+    for usage, seconds in states:
+        slip = Slip.SLIDING if usage >= 0.95 else Slip.INCIPIENT if usage >= 0.7 else Slip.STICKING
+        shear = ContactShear((usage, 0.0, 0.0), 0.0, usage, 1 - usage, slip, 1.0, estimated=False)
+        for _ in range(round(seconds / 0.005)):
+            tick += 1
+            events += contact.advance(tick, 0.005 * tick, replace(region(1), shear=shear))
+    events += contact.end(tick + 1, 0.005 * (tick + 1), released=False)
+    of_slip = [event for event in events if "slip" in event.kind]
+    near = {"abs": 0.006}  # a tick, for times that are not exact
+    return [
+        (event.kind, event.phase, pytest.approx(event.time, **near), pytest.approx(event.duration, **near))
+        for event in of_slip
+    ]
+
+
+def test_slip_ends_once_the_contact_has_stuck_for_a_while():
+    flicker = [(1.0, 0.05), (0.8, 0.09), (1.0, 0.05), (0.2, 0.05)] * 3
+    assert slips((0.5, 0.1), *flicker, (0.2, 0.5)) == [
+        ("slip", "began", 0.105, 0.0),
+        ("slip", "ended", 0.77 + STICKS, 0.665),
+    ]
+
+
+def test_slip_lasts_while_the_usage_of_friction_is_hardly_less():
+    assert slips((1.0, 0.1), (0.9, 0.5)) == [("slip", "began", 0.005, 0.0), ("slip", "ended", 0.605, 0.6)]
+    assert slips((1.0, 0.1), (0.8, 0.05)) == [("slip", "began", 0.005, 0.0), ("slip", "ended", 0.155, 0.095)]
+
+
+def test_slip_at_the_border_begins_again_only_after_a_while():
+    short = [(0.8, 0.05), (0.5, 0.05)] * 3
+    assert slips(*short) == [("incipient-slip", "began", 0.005, 0.0)]
+    assert [time for *_, time, _ in slips((0.8, 0.1), (0.5, 0.2), (0.8, 0.1))] == [0.005, 0.305]
+    assert [kind for kind, *_ in slips((0.8, 0.1), (1.0, 0.005))] == ["incipient-slip", "slip", "slip"], "at once"
 
 
 DOWN = np.array([0.0, 0.0, -1.0])

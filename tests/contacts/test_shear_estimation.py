@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tactile_maps.contacts.detection.contact_shear import Slip
+from tactile_maps.contacts.events import STICKS
 from tactile_maps.contacts.detection.shear_estimation import ShearEstimator
 from tactile_maps.contacts.pipeline import read_contacts
 from tactile_maps.maps.model.taxel_frames import taxel_frames
@@ -108,9 +109,9 @@ def test_friction_is_not_measured_from_a_contact_that_rolls():
 
 @pytest.fixture(scope="module")
 def frames():
-    """Frames of the shipped scene until the ball turns back."""
+    """Frames of the shipped scene until the ball has turned back and stuck."""
     session = Session(prepare(load_scene("slip")))
-    return [session.tick() for _ in range(1010)]
+    return [session.tick() for _ in range(1010 + round(STICKS / 0.005))]
 
 
 def test_a_pulled_ball_sticks_begins_to_slip_and_slides(frames):

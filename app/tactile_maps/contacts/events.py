@@ -44,8 +44,8 @@ class ContactEvent:
         to: Present place of a stroke, or the other place of a grasp or self-touch; None for other kinds.
         force: Largest force so far [N]; for a grasp that of the weaker side. None if the skin is not calibrated in
             force.
-        duration: Time from the begin until now, or until the contact was lost [s]. A stroke begins when it leaves its
-            start.
+        duration: Time from the begin until now, or until the contact was lost or, of a slip, stuck [s]. A stroke begins
+            when it leaves its start.
         travelled: Length of a stroke [m].
     """
 
@@ -104,7 +104,11 @@ STILL = 0.0025
 REST = 0.5
 """Time without such a motion after which a stroke becomes a press [s]. Strokes slower than 5 mm/s are interrupted."""
 ENDS_SLIP = 0.85
-"""Friction usage below which a slip has ended."""
+"""Friction usage below which a contact that slid sticks."""
+STICKS = 0.1
+"""Time for which a contact has to stick until its slip has ended [s]: in stick-slip it sticks for shorter times."""
+_SLIPS = (Slip.STICKING, Slip.INCIPIENT, Slip.SLIDING)
+"""States of friction, the later the more of it is in use."""
 OPPOSED = -0.5
 """Largest scalar product of the normals of two contacts that hold a link between them."""
 
@@ -139,6 +143,7 @@ class ContactState:
         self._way = 0.0
         self._slip = Slip.STICKING
         self._slid = time
+        self._kept = time
         self._near: FloatArray = region.link_position
         self._moved = time
         self._left = time
@@ -180,24 +185,31 @@ class ContactState:
         return events
 
     def _friction(self, tick: int, time: float, region: ContactRegion) -> list[ContactEvent]:
-        """Return the events of slip. It ends once the contact uses clearly less friction than it did while sliding."""
+        """Return the events of slip. It ends once the contact has used clearly less friction for ``STICKS``."""
         shear = region.shear
-        if shear is None or shear.slip is self._slip:
+        if shear is None:
             return []
-        if self._slip is Slip.SLIDING and shear.usage > ENDS_SLIP:
+        more = _SLIPS.index(shear.slip) - _SLIPS.index(self._slip)
+        if more >= 0 or (self._slip is Slip.SLIDING and shear.usage > ENDS_SLIP):
+            self._kept = time
+        if more == 0 or (more < 0 and time - self._kept < STICKS):
             return []
         before = self._slip
         self._slip = shear.slip
         if before is Slip.SLIDING:
-            return [self._slip_event(tick, time, "slip", "ended")]
-        if shear.slip is Slip.STICKING:
+            return [self._slip_ended(tick, time)]
+        if more < 0:
             return []
         self._slid = time
         return [self._slip_event(tick, time, "slip" if shear.slip is Slip.SLIDING else "incipient-slip", "began")]
 
-    def _slip_event(self, tick: int, time: float, kind: EventKind, phase: EventPhase) -> ContactEvent:
+    def _slip_ended(self, tick: int, time: float) -> ContactEvent:
+        return self._slip_event(tick, time, "slip", "ended", lasted=self._kept - self._slid)
+
+    def _slip_event(
+        self, tick: int, time: float, kind: EventKind, phase: EventPhase, *, lasted: float = 0.0
+    ) -> ContactEvent:
         last = self._last
-        lasted = time - self._slid
         return ContactEvent(
             tick, time, kind, phase, (last.id,), (last.link,), last.at, force=last.force, duration=lasted
         )
@@ -205,13 +217,14 @@ class ContactState:
     def leave(self, time: float) -> None:
         """Process a frame without the contact. It may come back."""
         if self._there:
+            self._kept = time if self._kept == self.until else self._kept
             self.until = time
             self._there = False
 
     def end(self, tick: int, time: float, *, released: bool) -> list[ContactEvent]:
         """End the contact and return the events. A contact that merged into another is not ``released``."""
         self.leave(time)
-        events = [self._slip_event(tick, self.until, "slip", "ended")] if self._slip is Slip.SLIDING else []
+        events = [self._slip_ended(tick, self.until)] if self._slip is Slip.SLIDING else []
         events += [self._event(tick, time, self._kind or "tap", "ended")] if released or self._kind else []
         if released:
             last = self._last
