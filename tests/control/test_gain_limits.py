@@ -17,6 +17,7 @@ from tactile_maps.control.gain_limits import (
     PLACE_SHARE,
     SAMPLED_SHARE,
     SOFT_RATE,
+    STUCK_SHARE,
     GainLimiter,
 )
 from tactile_maps.control.motion.command import ControlSettings
@@ -24,6 +25,7 @@ from tactile_maps.control.motion.joint_impedance import INNER_FREQUENCY, posture
 from tactile_maps.control.motion.limits import Limit, LimitKind
 from tactile_maps.robots.kinematics import Configuration
 from tests.control.contacts import TICK, touch
+from tests.support.generated_robots import leg, load
 from tests.support.loop_trials import max_stable_gain
 from tests.support.touch import BAR_INERTIA, bar
 
@@ -225,6 +227,29 @@ def test_integral_is_slow_enough_for_the_proportional_part():
     pulled = Bench(QUICK, "parallel", **low, position_gain=400.0).press(6e4).taken.integral_time
     assert 0.3 <= pulled < slowest, "drawing back damps too"
     assert Bench(force_gain=0.02, integral_time=0.3).press(1e3).taken.integral_time == 0.3
+
+
+@pytest.mark.parametrize(("home", "share"), [((-1.2, 0.8, 1.0), 0.71), ((0.5, 0.1, -0.5), STUCK_SHARE)])
+def test_integral_allows_for_friction_that_holds_the_contact(tmp_path, home, share):
+    """The joints of a leg hardly move its shank along the skin: less of a push gets through while the contact sticks."""
+    robot = load(leg(), tmp_path, home=dict(zip(("joint1", "joint2", "joint3"), home, strict=True)))
+    configuration = Configuration(robot)
+    one = replace(touch(3.0, normal=(1, 0, 0))[0], link="link3", link_position=np.array([0.03, 0.0, 0.15]))
+    stiffness = 6e4
+    arm = pressed_arm(configuration, posture_loop(configuration), one, stiffness, slides=True)
+    series = arm.series_stiffness
+    assert max(arm.sticking_stiffness, STUCK_SHARE * series) == pytest.approx(share * series, rel=0.02)
+    outward = configuration.pose("link3").rotation[:, 0] @ configuration.jacobian("link3", one.link_position)
+    push = outward / outward.dot(outward)
+    limiter = GainLimiter(robot)
+    limiter.readings = QUICK
+    settings = ControlSettings("hybrid", task="keep_force", integral_time=0.1)
+    for depth in 3.0 / stiffness * APPROACH:
+        contacts = (replace(one, force=stiffness * depth),) if depth else ()
+        posture = robot.home + push * depth
+        commanded = robot.home + push * depth * stiffness / series
+        taken, _ = limiter.effective_settings(settings, posture, contacts, TICK, commanded=commanded)
+    assert taken.integral_time == pytest.approx(2 / (taken.force_gain * share * series), rel=0.05)
 
 
 def test_point_that_does_not_make_the_commanded_motion_is_stuck_until_it_moves():

@@ -66,6 +66,7 @@ class _LoopLimit:
         measured: Whether the stiffness is measured.
         posture: (n,) posture of the arm.
         series: Stiffness of the contact and the joints in series [N/m].
+        settling: The smallest value of it that the integral allows for [N/m]: friction may hold the contact point.
         most: Force gain above which the force oscillates [m/s/N].
         held: Force gain that limited settings use [m/s/N].
     """
@@ -74,6 +75,7 @@ class _LoopLimit:
     measured: bool
     posture: FloatArray
     series: float
+    settling: float
     most: float
     held: float
 
@@ -409,7 +411,10 @@ class GainLimiter:
         gain = settings.force_gain
         if measured and series > 0:  # soft joints give way: the point moves by less than the posture does
             gain = max(gain, min(SOFT_RATE, gain * stiffness) / series)
-        return _LoopLimit(stiffness, measured, posture, series, most, min(gain, held))
+        settling = series
+        if slides:  # below the last share, the integral does not grow anyway
+            settling = min(series, max(arm.sticking_stiffness, STUCK_SHARE * series))
+        return _LoopLimit(stiffness, measured, posture, series, settling, most, min(gain, held))
 
 
 def _smallest(
@@ -432,11 +437,12 @@ def _smallest(
 def _shortest_integral_time(gain: float, drawn: float, limit: _LoopLimit) -> float:
     """Return the smallest integral time [s] for a damping ratio of 0.7 of  s^2 + (rate + back) s + rate / time.
 
-    The rate at which the force approaches its goal without an integral is gain times series stiffness. The point is
-    drawn back at a rate ``drawn`` [1/s], less the deflection of soft joints.
+    The rate at which the force approaches its goal without an integral is gain times stiffness. The point is drawn back
+    at a rate ``drawn`` [1/s], less the deflection of soft joints. Near its goal, changes of the force are too small to
+    let a contact slide. Where the joints hardly move it along the skin, friction then also keeps it from moving outward.
     """
-    rate = gain * limit.series
-    back = drawn * limit.series / limit.stiffness
+    rate = gain * limit.settling
+    back = drawn * limit.settling / limit.stiffness
     return _DAMPED * rate / (rate + back) ** 2 if rate > 0 else 0.0
 
 

@@ -9,13 +9,17 @@ import numpy as np
 import pytest
 
 from tactile_maps.control.force_loop.loop_stability import SensorTiming
-from tactile_maps.control.force_loop.pressed_arm import LoopFilter, PressedArm
+from tactile_maps.control.force_loop.pressed_arm import LoopFilter, PressedArm, pressed_arm
 from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.control.motion.joint_impedance import posture_loop
+from tactile_maps.robots.kinematics import Configuration
 from tactile_maps.studies.testbeds.force_loop import (
     Filter,
     ForceLoop,
     stability_limit,
 )
+from tests.control.contacts import touch
+from tests.support.generated_robots import leg, load
 from tests.support.loop_trials import max_stable_gain
 
 
@@ -72,3 +76,20 @@ def test_filter_follows_from_the_settings_of_the_controller():
 def test_servo_and_contact_are_in_series_at_rest():
     still = slide(40.0, 4800.0).response(np.array([1e-6j]))
     assert still == pytest.approx(1 / (1 + 4800 / 1600), abs=1e-6)
+
+
+def test_friction_adds_the_stiffness_of_the_cover_in_all_directions(tmp_path):
+    """The joints then rest at the least energy of their springs and the cover:  (K + k J' J) q = K push."""
+    robot = load(leg(), tmp_path)
+    configuration = Configuration(robot)
+    configuration.update(np.array([-1.2, 0.8, 1.0]))
+    impedance = posture_loop(configuration)
+    pressed = replace(touch(3.0)[0], link="link3", link_position=np.array([0.03, 0.0, 0.15]))
+    normal = configuration.pose("link3").rotation @ pressed.link_normal
+    move = configuration.jacobian("link3", pressed.link_position)
+    push = np.linalg.pinv((normal @ move)[None])[:, 0]
+    for stiffness in (1e2, 1e4, 1e6):
+        springs = np.diag(impedance.stiffness)
+        rest = np.linalg.solve(springs + stiffness * move.T @ move, springs @ push)
+        arm = pressed_arm(configuration, impedance, pressed, stiffness, slides=True)
+        assert arm.sticking_stiffness == pytest.approx(stiffness * normal @ move @ rest)

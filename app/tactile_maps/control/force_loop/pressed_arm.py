@@ -66,6 +66,8 @@ class PressedArm(ArrayFields):
         outward: (n,) displacement of the point per mode.
         pushed: (n,) excitation of each mode per desired displacement.
         stiffness: Contact stiffness [N/m].
+        sticking_stiffness: Force per desired displacement while friction holds the contact point [N/m]; inf without
+            friction.
     """
 
     squares: FloatArray
@@ -73,6 +75,7 @@ class PressedArm(ArrayFields):
     outward: FloatArray
     pushed: FloatArray
     stiffness: float
+    sticking_stiffness: float = math.inf
 
     def response(self, s: NDArray[np.complex128]) -> NDArray[np.complex128]:
         """Return displacement per desired displacement at complex frequencies ``s`` [1/s], of any shape."""
@@ -153,12 +156,15 @@ def pressed_arm(
     root = np.linalg.inv(np.linalg.cholesky(configuration.mass_matrix()))
     squares, modes = np.linalg.eigh((root * joint_stiffness) @ root.T)
     shapes = root.T @ modes
+    # The cover shears about as stiffly as it is pressed: the point moves by  J push - J K^-1 J^T f = f / stiffness.
+    compliance = (move / joint_stiffness) @ move.T + np.eye(3) / stiffness
     return PressedArm(
         squares=squares,
         damping=np.einsum("ji,j,ji->i", shapes, damping, shapes),
         outward=outward @ shapes,
         pushed=(joint_stiffness * push) @ shapes,
         stiffness=stiffness,
+        sticking_stiffness=float(normal @ np.linalg.solve(compliance, move @ push)),
     )
 
 
