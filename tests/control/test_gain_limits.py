@@ -167,6 +167,19 @@ def test_oscillation_halves_the_gain_until_it_has_been_calm(controller):
     assert not bench.limiter.reduced
 
 
+@pytest.mark.parametrize(("yields", "reduced"), [(True, False), (False, True)])
+def test_recovered_gain_is_reduced_by_the_loop_and_not_by_three_taps(yields, reduced):
+    bench = Bench(force_gain=0.002)
+    before = bench.gain
+    bench.halve()
+    for _ in range(round((CALM + 0.1) / TICK)):
+        bench.step()
+    assert bench.gain == before
+    for pressed in np.tile(np.repeat([1.0, 0.0], round(0.2 / TICK)), 3):
+        bench.step(touch(9.0 * pressed + 0.2), (-1e-3 if yields else 1e-3) * pressed)
+    assert bench.limiter.reduced == reduced
+
+
 def test_oscillation_at_the_smallest_gain_is_reported_until_it_has_been_calm():
     bench = Bench(force_gain=0.002)
     before = bench.gain
