@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from tactile_maps.contacts.detection.contact_shear import Slip
-from tactile_maps.contacts.events import STICKS
 from tactile_maps.contacts.detection.shear_estimation import ShearEstimator
+from tactile_maps.contacts.events import STICKS
 from tactile_maps.contacts.pipeline import read_contacts
 from tactile_maps.maps.model.taxel_frames import taxel_frames
 from tactile_maps.scene.scene_file import load_scene

@@ -244,7 +244,7 @@ def test_integral_is_slow_enough_for_the_proportional_part():
 
 @pytest.mark.parametrize(("home", "share"), [((-1.2, 0.8, 1.0), 0.71), ((0.5, 0.1, -0.5), STUCK_SHARE)])
 def test_integral_allows_for_friction_that_holds_the_contact(tmp_path, home, share):
-    """The joints of a leg hardly move its shank along the skin: less of a push gets through while the contact sticks."""
+    """The joints of a leg hardly move its shank along the skin: less of a push gets through while a contact sticks."""
     robot = load(leg(), tmp_path, home=dict(zip(("joint1", "joint2", "joint3"), home, strict=True)))
     configuration = Configuration(robot)
     one = replace(touch(3.0, normal=(1, 0, 0))[0], link="link3", link_position=np.array([0.03, 0.0, 0.15]))

@@ -439,7 +439,7 @@ def _shortest_integral_time(gain: float, drawn: float, limit: _LoopLimit) -> flo
 
     The rate at which the force approaches its goal without an integral is gain times stiffness. The point is drawn back
     at a rate ``drawn`` [1/s], less the deflection of soft joints. Near its goal, changes of the force are too small to
-    let a contact slide. Where the joints hardly move it along the skin, friction then also keeps it from moving outward.
+    let a contact slide. Where joints hardly move it along the skin, friction then also keeps it from moving outward.
     """
     rate = gain * limit.settling
     back = drawn * limit.settling / limit.stiffness
