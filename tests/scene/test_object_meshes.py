@@ -50,6 +50,25 @@ def test_mesh_is_read_from_the_folder_of_the_scene_and_scaled(tmp_path):
     assert not body.findings
 
 
+@pytest.mark.parametrize(
+    ("kind", "given", "words"),
+    [
+        ("box", {"size": (50.0, 50.0, 50.0)}, "it is 50 m in size; lengths in a scene are in metres"),
+        ("probe", {"size": (20.0,)}, "it is 40 m in size"),
+        ("sphere", {"size": (0.1,), "at": (400.0, 0.0, 300.0)}, "it is 500 m from the origin"),
+        ("probe", {"size": (0.01,), "path": ((0.0, 0.0, 0.0, 200.0),)}, "it is 200 m from the origin"),
+        ("plane", {"size": (90.0, 90.0)}, None),
+        ("box", {"size": (8.0, 5.0, 3.0), "at": (0.0, 0.0, 2.0)}, None),
+    ],
+)
+def test_numbers_that_are_probably_in_millimetres_are_reported(kind, given, words):
+    (body,) = make_objects(scene_of(ObjectSpec("crate", kind, **given)))
+    assert len(body.findings) == (words is not None)
+    for finding in body.findings:
+        assert (finding.kind, finding.where) == ("object-units", "crate")
+        assert words in finding.action
+
+
 def test_open_mesh_is_reported(tmp_path):
     box = trimesh.creation.box((0.1, 0.2, 0.3))
     box.update_faces(np.arange(len(box.faces)) > 0)

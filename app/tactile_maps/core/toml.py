@@ -364,7 +364,10 @@ class TomlReader:
         except ValueError as error:
             problem, _, place = str(error).partition(" (at ")
             place = place.rstrip(")").replace("end of document", f"line {len(text.splitlines())}")
-            raise SceneError("the scene is not valid TOML", file=file, place=place or None, value=problem) from error
+            remedy = 'Write name = value on each line, words in "quotes", and the names of tables in [brackets]'
+            raise SceneError(
+                "the scene is not valid TOML", file=file, place=place or None, value=problem, remedy=remedy
+            ) from error
 
     def error_at(
         self, problem: str, path: KeyPath, *, value: object = None, remedy: str | None = None, note: str = ""
@@ -486,9 +489,13 @@ class TomlReader:
         if kind is float and type(value) in (int, float):
             if math.isfinite(as_float(value)):
                 return float(value)
-            raise self.error_at("this must be a finite number", path, value=value)
+            finite = "Write a number, or leave the key out if it has a default"
+            raise self.error_at("this must be a finite number", path, value=value, remedy=finite)
         if type(value) is kind:
             return value
-        number = kind in (float, int) and isinstance(value, str)
-        remedy = number_remedy(value, degrees=bool({*path} & {*_DEGREES})) if number else None
+        remedy: str | None = None
+        if kind in (float, int) and isinstance(value, str):
+            remedy = number_remedy(value, degrees=bool({*path} & {*_DEGREES}))
+        elif kind is int and isinstance(value, float) and math.isfinite(value):
+            remedy = f"Write {round(value)}"
         raise self.error_at(f"this must be {_NAMES[kind]}", path, value=value, remedy=remedy)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,10 @@ from tactile_maps.scene.scene import Scene
 
 _ROUND = 48
 _PLANE = (2.0, 2.0)
+_USUAL_SIZE = 10.0
+"""Size [m] above which an object's numbers are probably in millimetres."""
+_USUAL_DISTANCE = 100.0
+"""Distance from the world's origin [m] above which an object's numbers are probably in millimetres."""
 
 
 def make_objects(scene: Scene, *, folder: Path = Path()) -> tuple[SceneObject, ...]:
@@ -33,7 +38,8 @@ def make_objects(scene: Scene, *, folder: Path = Path()) -> tuple[SceneObject, .
 
 def _make_object(spec: ObjectSpec, folder: Path, place: str) -> SceneObject:
     if spec.kind != "mesh":
-        return SceneObject(spec, primitive_mesh(spec))
+        mesh = primitive_mesh(spec)
+        return SceneObject(spec, mesh, _in_millimetres(spec, mesh))
     try:
         mesh, findings = to_metres(read_mesh(folder / spec.file), where=spec.name)
     except TactileMapsError as error:
@@ -44,7 +50,17 @@ def _make_object(spec: ObjectSpec, folder: Path, place: str) -> SceneObject:
     if not mesh.connectivity.is_closed_manifold:
         action = "The mesh is not closed: inside and outside are estimated, so pressures may be wrong; close the mesh"
         findings = (*findings, Finding("open-mesh", spec.name, action))
-    return SceneObject(spec, mesh, findings)
+    return SceneObject(spec, mesh, (*findings, *_in_millimetres(spec, mesh)))
+
+
+def _in_millimetres(spec: ObjectSpec, mesh: Mesh) -> tuple[Finding, ...]:
+    """Return the finding about an object whose size or place is probably in millimetres; planes may be large."""
+    size = 0.0 if spec.kind == "plane" else float(np.ptp(mesh.vertices, axis=0).max())
+    distance = max(math.hypot(*place) for place in (spec.at, *(row[1:] for row in spec.path)))
+    if size <= _USUAL_SIZE and distance <= _USUAL_DISTANCE:
+        return ()
+    fact = f"it is {size:.3g} m in size" if size > _USUAL_SIZE else f"it is {distance:.3g} m from the origin"
+    return (Finding("object-units", spec.name, f"{fact}; lengths in a scene are in metres, not in millimetres"),)
 
 
 def primitive_mesh(spec: ObjectSpec) -> Mesh:

@@ -32,6 +32,7 @@ _FARTHEST = 1e3
 _LARGEST = 100.0
 _SMALLEST = 1e-4
 _RANGES = (("mass", 0.0, 1e5), ("stiffness", 1.0, 1e8), ("damping", 0.0, 10.0), ("max_force", 0.0, 1e4))
+_METRES = " metres"
 
 
 @dataclass(frozen=True)
@@ -84,7 +85,7 @@ class ObjectSpec:
         if self.friction is not None:
             self._check("friction", self.friction, 0.0, 5.0)
         for value in self.at:
-            self._check("at", value, -_FARTHEST, _FARTHEST)
+            self._check("at", value, -_FARTHEST, _FARTHEST, unit=_METRES)
         for value in self.turn:
             self._check("turn", value, -3600.0, 3600.0)
         self._check_size()
@@ -101,9 +102,9 @@ class ObjectSpec:
             remedy = "Give a box, cylinder, sphere or mesh with mass"
             raise SceneError("only free bodies can be guided", place="objects.guided", value=self.kind, remedy=remedy)
 
-    def _check(self, name: str, value: float, low: float, high: float) -> None:
+    def _check(self, name: str, value: float, low: float, high: float, *, unit: str = "") -> None:
         if not (math.isfinite(value) and low <= value <= high):
-            remedy = f"Choose {low:g} to {high:g}"
+            remedy = f"Choose {low:g} to {high:g}{unit}"
             raise SceneError(
                 f"{self.name} has a value out of range", place=f"objects.{name}", value=value, remedy=remedy
             )
@@ -118,18 +119,19 @@ class ObjectSpec:
             problem = f"the size of a {self.kind} has {count} number{'s'[: count - 1]}"
             raise SceneError(problem, place="objects.size", value=list(self.size), remedy=remedy)
         for value in self.size:
-            self._check("size", value, _SMALLEST, _LARGEST)
+            self._check("size", value, _SMALLEST, _LARGEST, unit=_METRES)
 
     def _check_path(self) -> None:
         if self.path and self.kind != "probe":
             raise SceneError("only a probe has a path", place="objects.path", value=self.kind)
         times = [row[0] for row in self.path]
         for seconds, *place in self.path:
-            self._check("path", seconds, 0.0, 3600.0)
+            self._check("path", seconds, 0.0, 3600.0, unit=" seconds")
             for value in place:
-                self._check("path", value, -_FARTHEST, _FARTHEST)
+                self._check("path", value, -_FARTHEST, _FARTHEST, unit=_METRES)
         if any(later <= earlier for earlier, later in pairwise(times)):
-            raise SceneError("the times of a path must rise", place="objects.path", value=times)
+            remedy = "Write rows of [seconds, x, y, z], each with a later time than the row before"
+            raise SceneError("the times of a path must rise", place="objects.path", value=times, remedy=remedy)
 
     @property
     def moving_mass(self) -> float:

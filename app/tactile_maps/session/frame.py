@@ -46,7 +46,7 @@ class MeasuredValues(ArrayFields):
     raw_shear: FloatArray | None = None
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Frame(ArrayFields):
     """State of a session at one instant.
 
@@ -76,6 +76,8 @@ class Frame(ArrayFields):
         >>> frame = session.tick()
         >>> frame.pressures.shape, frame.posture.shape
         ((60,), (7,))
+        >>> frame
+        Frame(tick 21, 0.105 s, 7 joints, 60 taxels up to 0 kPa, no contact)
     """
 
     tick: int
@@ -95,6 +97,17 @@ class Frame(ArrayFields):
     estimates: Mapping[int, ForceEstimate] = field(default_factory=dict)
     measured: MeasuredValues | None = None
     shear: FloatArray | None = None
+
+    def __repr__(self) -> str:
+        """Summary in one line: the arrays of a large skin would fill pages."""
+        units = self.units
+        words = [f"{one.link} {units.contact_words(one.force, one.peak, 2, space=' ')}" for one in self.regions]
+        found = f"{len(words)} contact{'s' * (len(words) > 1)}: {', '.join(words[:3])}" if words else "no contact"
+        more = ", ..." * (len(words) > 3)
+        noted = f", {len(self.notes)} note{'s' * (len(self.notes) > 1)}" if self.notes else ""
+        peak = f"{1e-3 * float(self.pressures.max(initial=0.0)):.3g} {units.unit}"
+        skin = f"{len(self.pressures)} taxels up to {peak}"
+        return f"Frame(tick {self.tick}, {self.time:.6g} s, {len(self.posture)} joints, {skin}, {found}{more}{noted})"
 
     @property
     def units(self) -> ReadingUnits:

@@ -201,10 +201,15 @@ def test_addresses_out_of_the_package_are_rejected(urdf, address):
     [
         ('<mass value="1"/>', '<mass value="nan"/>', r"link rod, <mass> value: a value is not a number \(found: nan\)"),
         ('lower="-1"', 'lower="NaN"', r"joint hinge, <limit> lower: .*not a number \(found: NaN\).*finite number"),
+        (
+            '<axis xyz="0 1 0"/>',
+            '<axis xyz="0 0 0"/>',
+            r"joint hinge, axis: .*no direction \(found: 0 0 0\). Write a unit vector",
+        ),
         ('<link name="base">', '<link name="rod"/><link name="base">', r"link rod: 2 links have the same name.*Rename"),
     ],
 )
-def test_invalid_number_and_repeated_link_are_refused_with_place_and_remedy(urdf, old, new, message):
+def test_invalid_number_axis_and_repeated_link_are_refused_with_place_and_remedy(urdf, old, new, message):
     path = urdf("rod.stl")
     path.write_text(path.read_text().replace(old, new, 1))
     with pytest.raises(RobotError, match=rf"\.urdf, {message}"):

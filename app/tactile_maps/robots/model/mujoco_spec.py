@@ -20,6 +20,8 @@ from tactile_maps.robots.model.robot import Robot
 
 OWN_NAMES = "tactile-maps/"
 """Prefix of the names of elements that are added to a robot's model; the robot itself may not use it."""
+_SHORTEST_AXIS = 1e-12
+"""Length of a joint's axis below which MuJoCo does not normalise it."""
 TOUCHING = f"{OWN_NAMES}touching "
 """Prefix of the exclusions that were found from the shapes of the robot when it was loaded."""
 
@@ -158,6 +160,7 @@ def compile_spec(spec: mujoco.MjSpec, *, source: str, findings: list[Finding] | 
     Raises:
         RobotError: MuJoCo rejects the model, or warns that its numbers are invalid.
     """
+    _check_axes(spec, source)
     with mujoco_errors("build", source=source), warnings.catch_warnings(record=True) as found:
         warnings.simplefilter("always")
         model = spec.compile()
@@ -167,6 +170,19 @@ def compile_spec(spec: mujoco.MjSpec, *, source: str, findings: list[Finding] | 
         if findings is not None:
             findings.append(Finding("deprecated", source, f"MuJoCo: {_mujoco_message(text)}"))
     return model
+
+
+def _check_axes(spec: mujoco.MjSpec, source: str) -> None:
+    turning = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
+    for joint in spec.joints:
+        if joint.type in turning and not np.linalg.norm(joint.axis) > _SHORTEST_AXIS:
+            raise RobotError(
+                "the axis of a joint has no direction",
+                file=source,
+                place=f"joint {joint.name}, axis",
+                value=" ".join(f"{value:g}" for value in joint.axis),
+                remedy="Write a unit vector, such as 0 0 1",
+            )
 
 
 def spec_text(spec: mujoco.MjSpec, *, source: str) -> str:
