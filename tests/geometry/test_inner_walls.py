@@ -53,7 +53,6 @@ def test_only_outermost_side_of_nested_walls_remains() -> None:
     assert np.array_equal(found(walls)[sides], distances(walls, slice(2))[sides] < 0.0285)
 
 
-@pytest.mark.long
 def test_a_rib_in_a_cavity_belongs_to_its_inner_wall_and_one_outside_does_not() -> None:
     up = np.linspace(0, 0.1, 16)
     down = np.linspace(0.1, 0, 16)

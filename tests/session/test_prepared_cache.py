@@ -112,7 +112,6 @@ def test_axes_of_a_cover_are_kept_by_the_cache_and_by_the_attachments_of_a_recor
 COVER = CoverSpec(links=("bar",), taxels=13)
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("change", [{"cover": COVER}, {"package_roots": ("/",)}, {"home": {"hinge": 0.5}}])
 def test_entry_is_not_used_for_another_scene(bar, change):
     prepare_cached(bar)
@@ -120,7 +119,6 @@ def test_entry_is_not_used_for_another_scene(bar, change):
     assert find_prepared(replace(bar, **change)) is None
 
 
-@pytest.mark.long
 @pytest.mark.parametrize(
     ("file", "text"),
     [
@@ -165,7 +163,6 @@ def test_robot_with_a_missing_mesh_is_not_cached(bar, folder):
     assert cache_content().entries == 1
 
 
-@pytest.mark.long
 def test_robot_with_a_left_out_mesh_is_not_cached(bar, folder):
     model = Path(bar.robot)
     model.with_name("bar.obj").unlink()
@@ -201,7 +198,6 @@ def test_entry_with_an_invalid_member_is_not_used(bar, folder):
     assert load_robot_cached(bar).joints[0].name == "hinge"
 
 
-@pytest.mark.long
 def test_entries_unused_for_the_longest_time_are_deleted_first(bar, folder, monkeypatch):
     prepare_cached(bar)
     [first] = folder.iterdir()

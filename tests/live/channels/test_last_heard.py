@@ -66,7 +66,6 @@ def test_quantised_module_may_be_quiet_for_as_long_as_its_pauses_suggest():
     assert rare.frozen == []
 
 
-@pytest.mark.long
 def test_module_that_never_varied_or_varied_briefly_is_not_frozen():
     stream = Stream()
     stream.read(5.0, changing=[])

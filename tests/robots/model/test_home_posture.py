@@ -61,7 +61,6 @@ def test_joints_that_do_not_matter_stay_at_zero(tmp_path):
     assert load(ROBOTS["arm"], tmp_path).home[0] == 0.0  # the first turns the whole arm
 
 
-@pytest.mark.long
 def test_arm_above_the_ground_bends_upwards(tmp_path):
     side = f'<body name="side" euler="0 1.5707963 0">{chain("zyyzyz", 0.2)}</body>'
     homes = []

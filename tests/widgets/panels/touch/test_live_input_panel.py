@@ -136,7 +136,6 @@ def test_distribution_shows_the_threshold_and_sets_it(window, tmp_path):
     window.live.connection.close()
 
 
-@pytest.mark.long
 def test_no_simulated_finger_is_offered_on_a_real_skin(window, tmp_path):
     contacts = window.column.get(ContactsPanel)
     run(window, 0.1)

@@ -469,7 +469,6 @@ def test_regular_end_leaves_no_autosave(window, files, prepared):
     assert message(window) == ""
 
 
-@pytest.mark.long
 def test_failed_autosave_is_reported_once(new_window, qtbot, tmp_path):
     window = edited(new_window)
     files = window.presenters.map_files

@@ -104,7 +104,6 @@ def test_touches_are_repeated_in_the_scene_behind_the_recording(window):
     ]
 
 
-@pytest.mark.long
 def test_repeated_touches_use_the_chosen_controller(window, two):
     window.live.replay.leave()
     path = ((0.01, 0.02), (0.03, 0.02))

@@ -221,7 +221,6 @@ def test_images_of_earlier_skins_are_discarded(view, prepared):
     assert not any(old is new for old, new in zip(tiles, view.picture.atlas.tiles, strict=True))
 
 
-@pytest.mark.long
 def test_undone_edit_restores_the_picture(view, document):
     view.show_frame(touched(leaves(), [0, middle_taxel(leaves(), 1)], radius=0.04))
     first = view.grab().toImage()
