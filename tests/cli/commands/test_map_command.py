@@ -151,7 +151,7 @@ def test_map_is_learned_from_babbling(capsys, cap):
     assert result["trustworthiness"] > 0.9
 
 
-@pytest.mark.long
+@pytest.mark.sampled(8)
 @pytest.mark.parametrize(
     ("words", "output", "status"),
     [

@@ -52,7 +52,6 @@ def test_noisy_module_that_freezes_is_found_and_named():
     assert stream.frozen == []
 
 
-@pytest.mark.long
 def test_quantised_module_may_be_quiet_for_as_long_as_its_pauses_suggest():
     stream = Stream()
     stream.read(60.0, changing=[0], every=50)  # a change each half second, the last one half a second ago
