@@ -42,14 +42,17 @@ def correct_normal(model: mujoco.MjModel, data: mujoco.MjData, numbers: list[int
     ends = np.zeros(6)
     first, second = contact.geom[numbers[0]].tolist()
     distance = mujoco.mj_geomDistance(model, data, first, second, 0.0, ends)
+    if distance >= 0:
+        return False
     across = ends[:3] - ends[3:]
-    length = math.sqrt(across @ across)
-    if distance >= 0 or length == 0:
-        return False
-    normal = across / length
+    x, y, z = across.tolist()
+    before = contact.frame[numbers[0]].tolist()
+    aligned = x * before[0] + y * before[1] + z * before[2]
+    length = math.hypot(x, y, z)
     # At a depth of nanometres the direction may be any, also the opposite one.
-    if not _NEARLY < normal @ contact.frame[numbers[0], :3] < _ALIGNED:
+    if not _NEARLY * length < aligned < _ALIGNED * length:
         return False
+    normal = across / math.sqrt(across @ across)
     contact.dist[numbers] *= distance / contact.dist[numbers].min()
     contact.frame[numbers] = frame_along(normal).ravel()
     return True

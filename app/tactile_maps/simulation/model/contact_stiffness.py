@@ -102,6 +102,8 @@ class ContactSharing:
         self._pairs |= {geoms[::-1]: pair for geoms, pair in self._pairs.items()}
         self._stiffness = [_stiffness(model, layer, geoms) for geoms in _geoms(model)]
         self._exact = [any(int(model.geom_type[geom]) in _ROUND for geom in geoms) for geoms in _geoms(model)]
+        self._cylinders = frozenset(np.flatnonzero(model.geom_type == int(mujoco.mjtGeom.mjGEOM_CYLINDER)).tolist())
+        self._sizes: list[int] = model.pair_dim.tolist()
         for pair, geoms in enumerate(_geoms(model)):
             mobility = max(_mobility(model, geoms), 1e-9)
             k = self._stiffness[pair] * (1 - SOLVER_IMPEDANCE) * mobility
@@ -114,38 +116,46 @@ class ContactSharing:
 
         Cost: 3 us and 2 us a contact, 5 us for each pair that is not round; with ``discrete`` also that of a solution.
         """
-        points = self._points(data)
-        if self._correct(data, points):
-            points = self._points(data)
+        contact = data.contact
+        geoms = contact.geom.tolist()
+        rows = contact.efc_address.tolist()
+        points = self._points(geoms, rows)
+        if self._correct(data, geoms, points):
+            rows = data.contact.efc_address.tolist()
+            points = self._points(geoms, rows)
         if self._discrete:
             self._set_parameters(data, points)
             return
+        self._share(data, points, rows)
         contact = data.contact
-        rows = contact.efc_address.tolist()
-        scaled = []
-        factors = []
+        sizes = contact.dim.tolist()
+        if max(sizes) > 1:
+            reference = data.efc_aref
+            values = reference.tolist()
+            for row, size, friction in zip(rows, sizes, contact.friction[:, 0].tolist(), strict=True):
+                if row >= 0 and size > 1:
+                    _limit_dilation(reference, values, row, friction)
+
+    def _share(self, data: mujoco.MjData, points: Mapping[int, list[int]], rows: list[int]) -> None:
+        """Make each of several points of a pair softer than it would be alone."""
+        softer: FloatArray | None = None
         for pair, numbers in points.items():
             if len(numbers) == 1:
                 continue
-            size = int(self._model.pair_dim[pair])
             for number, count in zip(numbers, self._counts(data, pair, numbers), strict=True):
                 if count > 1:
-                    scaled += [rows[number] + row for row in range(size)]
-                    factors += [count] * size
-        if scaled:
-            data.efc_R[scaled] *= factors
-            data.efc_D[scaled] /= factors
-        sizes = contact.dim.tolist()
-        if any(size > 1 for size in sizes):
-            reference = data.efc_aref
-            for row, size, friction in zip(rows, sizes, contact.friction[:, 0].tolist(), strict=True):
-                if row >= 0 and size > 1:
-                    _limit_dilation(reference, row, friction)
+                    if softer is None:
+                        softer = np.ones(data.nefc)
+                    softer[rows[number] : rows[number] + self._sizes[pair]] = count
+        if softer is not None:
+            np.multiply(data.efc_R, softer, out=data.efc_R)
+            np.divide(data.efc_D, softer, out=data.efc_D)
 
     def _counts(self, data: mujoco.MjData, pair: int, numbers: list[int]) -> list[float]:
         """Return by how much each point of a pair is softer than it would be alone."""
         contact = data.contact
-        depths = (-contact.dist[numbers]).tolist()
+        distances = contact.dist.tolist()
+        depths = [-distances[number] for number in numbers]
         if not self._divided[pair]:
             return [effective_count(depths)] * len(depths)
         bodies = self._model.geom_bodyid[contact.geom[numbers, 0]]
@@ -153,18 +163,16 @@ class ContactSharing:
         counts: list[float] = shared_counts(depths, signs[:, None] * contact.frame[numbers, :3]).tolist()
         return counts
 
-    def _points(self, data: mujoco.MjData) -> dict[int, list[int]]:
-        """Return the numbers of the contacts of each pair that touches."""
+    def _points(self, geoms: list[list[int]], rows: list[int]) -> dict[int, list[int]]:
+        """Return the numbers of the contacts of each pair that touches, from both geoms and the row of each contact."""
         points: dict[int, list[int]] = {}
-        rows = data.contact.efc_address.tolist()
-        geoms = data.contact.geom.tolist()
         for number, (first, second) in enumerate(geoms):
             pair = self._pairs.get((self._groups[first], self._groups[second]))
             if pair is not None and rows[number] >= 0:
                 points.setdefault(pair, []).append(number)
         return points
 
-    def _correct(self, data: mujoco.MjData, points: Mapping[int, list[int]]) -> bool:
+    def _correct(self, data: mujoco.MjData, geoms: list[list[int]], points: Mapping[int, list[int]]) -> bool:
         """Correct the points that MuJoCo finds between shapes with faces; return whether any changed."""
         changed = False
         for pair, numbers in points.items():
@@ -172,8 +180,10 @@ class ContactSharing:
                 self._pieces.correct(data, pair, numbers)
                 changed = True
             elif not self._exact[pair]:
-                for correct in (correct_normal, centre_on_cap, centre_on_side):
-                    changed |= correct(self._model, data, numbers)
+                changed |= correct_normal(self._model, data, numbers)
+                if geoms[numbers[0]][0] in self._cylinders:
+                    changed |= centre_on_cap(self._model, data, numbers)
+                    changed |= centre_on_side(self._model, data, numbers)
         if changed:
             mujoco.mj_makeConstraint(self._model, data)
             mujoco.mj_projectConstraint(self._model, data)
@@ -215,9 +225,16 @@ class ContactSharing:
             contact.solreffriction[number, 1] = -damping * impedance
 
 
-def _limit_dilation(reference: FloatArray, row: int, friction: float) -> None:
-    """Limit what friction adds to the normal force of the contact at ``row``, also between bodies without skin."""
-    normal, first, second = reference[row : row + 3].tolist()
+def _limit_dilation(reference: FloatArray, values: list[float], row: int, friction: float) -> None:
+    """Limit what friction adds to the normal force of the contact at ``row``, also between bodies without skin.
+
+    Args:
+        reference: Reference accelerations of all rows, changed.
+        values: The same before the change.
+        row: Row of the contact's normal.
+        friction: Its friction coefficient.
+    """
+    normal, first, second = values[row : row + 3]
     dilation = friction * math.hypot(first, second)
     allowed = _DILATION * max(normal, 0.0)
     if dilation > allowed:

@@ -58,7 +58,8 @@ class PassiveFriction:
             data: State after ``mj_step1``, with its contacts set.
         """
         model = self._model
-        if not _rough_rows(data):
+        rows = _rough_rows(data)
+        if not rows:
             mujoco.mj_step2(model, data)
             return
         time = data.time
@@ -66,7 +67,7 @@ class PassiveFriction:
         self._velocity[:] = data.qvel
         self._acceleration[:] = data.qacc_warmstart
         mujoco.mj_step2(model, data)
-        if max(friction_work(model, data)) > LEAST_GAIN:
+        if max(_works(model, data, rows)) > LEAST_GAIN:
             data.time = time
             data.qpos[:] = self._posture
             data.qvel[:] = self._velocity
@@ -139,12 +140,17 @@ def friction_work(model: mujoco.MjModel, data: mujoco.MjData) -> list[float]:
         model: The compiled model.
         data: Its state after a step, with the contacts of the start of the step.
     """
+    return _works(model, data, _rough_rows(data))
+
+
+def _works(model: mujoco.MjModel, data: mujoco.MjData, rows: list[int]) -> list[float]:
+    """Return the work of friction of the contacts whose normals are at ``rows``."""
     slip = np.zeros(data.nefc)
     mujoco.mj_mulJacVec(model, data, slip, data.qvel)
     slip *= data.efc_force
     power = slip.tolist()
     step = float(model.opt.timestep)
-    return [step * (power[row + 1] + power[row + 2]) for row in _rough_rows(data)]
+    return [step * (power[row + 1] + power[row + 2]) for row in rows]
 
 
 def _rough_rows(data: mujoco.MjData) -> list[int]:
