@@ -9,13 +9,15 @@ from tests.scene.random_scenes import play, random_scene, unreported
 SLIDING = (153, 350, 480)
 """Scenes in which bodies slide, and in which friction gave 0.08, 0.4 and 265 J before."""
 QUICK = (350, 480)
+HEAVY = 309
+"""Bodies of up to 577 kg and steps of 8 ms: steps that were repeated for friction still gained energy."""
 
 
 @pytest.mark.parametrize(
     "seed",
     [
         pytest.param(seed, marks=() if seed in QUICK else pytest.mark.long)
-        for seed in sorted({*SLIDING, *range(0, 500, 7)})
+        for seed in sorted({*SLIDING, HEAVY, *range(0, 500, 7)})
     ],
 )
 def test_shear_keeps_coulombs_limits_and_friction_gives_no_energy(seed):
