@@ -17,7 +17,9 @@ from tactile_maps.simulation.model.contact_stiffness import (
     unstable_contacts,
 )
 from tactile_maps.simulation.model.model_assembly import assemble
+from tactile_maps.simulation.model.passive_friction import PassiveFriction
 from tactile_maps.simulation.simulation import Simulation
+from tactile_maps.studies.testbeds.contact_bench import BODIES, STIFFNESS, bench, lay
 from tactile_maps.tactile.mechanics.contact_notes import ContactNoteKind, contact_note_text
 from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 from tests.support.scene_objects import thing
@@ -96,3 +98,29 @@ def test_contacts_of_balls_are_left_as_mujoco_finds_them():
     data.contact.frame[0] = frame_along(turned).ravel()
     ContactSharing(model, layer).apply(data)
     assert data.contact.frame[0, :3] == pytest.approx(turned)
+
+
+def test_roller_deep_in_the_cover_rolls_on_the_middle_of_its_depth():
+    """The contact is half the depth d above the lowest point: a = g sin(slope) / (1 + (r / (r - d / 2))^2 / 2)."""
+    made = bench("flat")
+    effects = Effects(contact="environment", gravity="on", fingers=False, friction=True)
+    layer = ElasticLayer(stiffness=STIFFNESS)
+    model = assemble(made.robot, made.points, effects, objects=(lay("roller", (0.0, 0.0, 0.0), mass=5.0),), layer=layer)
+    data = mujoco.MjData(model)
+    sharing = ContactSharing(model, layer)
+    friction = PassiveFriction(model)
+    speeds = []
+    for step in range(350):
+        if step == 200:
+            model.opt.gravity[:] = 9.81 * np.array([np.sin(0.1), 0.0, -np.cos(0.1)])
+        mujoco.mj_step1(model, data)
+        sharing.apply(data)
+        friction.finish_step(data)
+        speeds.append(float(data.qvel[0]))
+    depth = -float(data.contact.dist.min())
+    assert depth > 2e-3
+    radius = BODIES["roller"].size[0]
+    expected = 9.81 * np.sin(0.1) / (1 + 0.5 * (radius / (radius - depth / 2)) ** 2)
+    found = (speeds[-1] - speeds[-101]) / (100 * model.opt.timestep)
+    assert found == pytest.approx(expected, rel=0.005)
+    assert found < 0.95 * 9.81 * np.sin(0.1) / 1.5
