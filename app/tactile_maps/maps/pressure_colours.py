@@ -12,7 +12,7 @@ from tactile_maps.core.arrays import FloatArray
 from tactile_maps.maps.model.tactile_image import TactileImage
 
 _STOPS = ("ffffcc", "ffeda0", "fed976", "feb24c", "fd8d3c", "fc4e2a", "e31a1c", "bd0026", "800026")
-_OFF_SKIN = (255, 255, 255)
+OFF_SKIN = (255, 255, 255)
 _NO_READING = (128, 128, 128)
 
 
@@ -42,7 +42,7 @@ def colour_image(image: TactileImage, pressures: FloatArray, full_scale: float) 
     levels = np.rint(np.clip(np.where(missing, 0.0, values) * (255 / full_scale), 0, 255)).astype(np.uint8)
     picture = COLOURS[levels]
     picture[missing] = _NO_READING
-    picture[~image.shown] = _OFF_SKIN
+    picture[~image.shown] = OFF_SKIN
     return picture
 
 

@@ -57,6 +57,18 @@ def curve(plots, key):
     return content(plots, key).plot.getPlotItem().listDataItems()[0]
 
 
+def test_low_row_of_plots_does_not_scroll_for_long_legends_and_has_few_ticks(plots):
+    force = content(plots, FORCE)
+    force.update_style(LIGHT, after_title=" &nbsp;a legend that needs more than a single line of a narrow plot")
+    for height, few in ((260, False), (118, True)):
+        plots.resize(560, height)
+        QApplication.processEvents()
+        assert force._heading.height() > 1.5 * force._heading.fontMetrics().lineSpacing()
+        assert plots.board.widget().heightForWidth(560) == -1, "a legend does not make the row higher than the board"
+        assert plots.board.widget().height() == plots.board.viewport().height()
+        assert (force.plot.getAxis("left")._tickLevels is not None) == few
+
+
 @pytest.mark.long
 def test_added_plot_shows_its_past_in_its_unit(plots, prepared):
     play(plots, prepared)

@@ -27,6 +27,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from tactile_maps.maps.pressure_colours import OFF_SKIN
 from tactile_maps.recording.encoding.annotations import Annotations, Outcome
 from tactile_maps.recording.overview.summary import RecordingSummary
 from tactile_widgets.common.make import push_button
@@ -261,8 +262,10 @@ def _episodes_text(annotations: Annotations) -> str:
 
 
 def _icon(picture: NDArray[np.uint8]) -> QIcon:
+    """Return a picture of a map, transparent next to the skin, so that it fits either theme."""
     rows, columns, _ = picture.shape
-    data = np.ascontiguousarray(picture)
-    image = QImage(data.tobytes(), columns, rows, 3 * columns, QImage.Format.Format_RGB888).copy()
+    skin = (picture != OFF_SKIN).any(axis=2, keepdims=True)
+    data = np.concatenate([picture, np.where(skin, 255, 0).astype(np.uint8)], axis=2)
+    image = QImage(data.tobytes(), columns, rows, 4 * columns, QImage.Format.Format_RGBA8888).copy()
     whole = Qt.AspectRatioMode.KeepAspectRatio
     return QIcon(QPixmap.fromImage(image.scaled(_PICTURE * 2, whole, Qt.TransformationMode.SmoothTransformation)))

@@ -54,6 +54,10 @@ class PlotCell(QWidget):
             widget.installEventFilter(self)
             widget.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # Tab stops at the cell, which has the keys and the name
 
+    def hasHeightForWidth(self) -> bool:
+        """Whether the height depends on the width; no, or a legend of two lines would make the board scroll."""
+        return False
+
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Handle mouse events of all child widgets."""
         if isinstance(event, QContextMenuEvent):

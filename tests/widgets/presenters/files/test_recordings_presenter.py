@@ -8,6 +8,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QInputDialog, QMessageBox, QPushButton
 
+from tactile_maps.maps.pressure_colours import OFF_SKIN
 from tactile_maps.recording.encoding.annotations import (
     Annotations,
     LabelledEpisode,
@@ -186,9 +187,13 @@ def test_list_shows_labels_of_episodes_and_large_pictures(qtbot, tmp_path):
     dialog.show_folder(tmp_path, [path], 0)
     episodes = tuple(LabelledEpisode(10 * k, 10 * k + 9, label) for k, label in enumerate(("grasp", "lift", "grasp")))
     picture = np.zeros((88, 144, 3), np.uint8)
+    picture[:, :72] = OFF_SKIN
     dialog.show_summary(
         RecordingSummary(path, 100, 0.0, 1.0, "arm", "Arm", 3, Annotations(label="demo", episodes=episodes), picture)
     )
     assert text(dialog, "three.mcap", "Label") == "demo\ngrasp ×2, lift"
     assert dialog.table.iconSize().width() >= 128
+    shown = dialog.table.item(0, 0).icon().pixmap(dialog.table.iconSize()).toImage()
+    alphas = [shown.pixelColor(round(share * shown.width()), shown.height() // 2).alpha() for share in (0.25, 0.75)]
+    assert alphas == [0, 255], "the background of the theme shows next to the skin"
     assert dialog.table.rowHeight(0) >= dialog.table.iconSize().height()

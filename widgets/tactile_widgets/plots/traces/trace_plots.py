@@ -13,7 +13,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QColor
+from PySide6.QtGui import QColor, QResizeEvent
 from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
 
 from tactile_maps.contacts.detection.regions import ContactRegion
@@ -36,6 +36,8 @@ TIME_TICKS = (
 """Ticks of the time axis: age [s] and text."""
 AXIS_START = -1.04 * PLOT_SECONDS
 AXIS_END = 0.09 * PLOT_SECONDS
+_ALL_TICKS_PX = 90
+"""Height of a plot below which its left axis has fewer ticks [px]."""
 """Ends of the time axis [s]: a little more than the shown duration, so that the labels at the ends fit."""
 
 
@@ -113,6 +115,16 @@ class TracePlot(QWidget):
         left.setStyle(tickLength=3)
         left.setWidth(34)
 
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._show_ticks()
+
+    def _show_ticks(self) -> None:
+        """Draw three ticks only in a low plot, where the labels of more would overlap."""
+        ends = self._ends if any(self._ends) else (0.0, self._top)
+        ticks = None if self.plot.height() >= _ALL_TICKS_PX else [[(v, f"{v:.3g}") for v in (*ends, sum(ends) / 2)]]
+        self.plot.getAxis("left").setTicks(ticks)
+
     @property
     def heading(self) -> str:
         """Title and legend as rich text."""
@@ -156,6 +168,7 @@ class TracePlot(QWidget):
         if top != self._top:
             self._top = top
             self.plot.setYRange(-0.02 * top, 1.1 * top, padding=0)  # room for the label of the maximum
+            self._show_ticks()
 
     def reach_between(self, lowest: float, highest: float) -> None:
         """Fit the axis to values of either sign: from a round minimum to a round maximum, at least ``floor`` apart."""
@@ -167,6 +180,7 @@ class TracePlot(QWidget):
         if (bottom, top) != self._ends:
             self._ends = bottom, top
             self.plot.setYRange(bottom, top, padding=0.06)
+            self._show_ticks()
 
 
 def legend_entry(mark: str, ink: str, words: str, *, strong: bool = False) -> str:
