@@ -113,7 +113,6 @@ def test_a_flipped_bit_in_the_frames_is_told_with_its_ticks(recording, tmp_path)
     assert (outcome.frames, outcome.not_compared) == (len(player), 0)
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("topic", ["/input", "/event"])
 def test_copies_state_each_loss_of_their_source_once(recording, tmp_path, topic):
     spans = chunk_spans(recording)

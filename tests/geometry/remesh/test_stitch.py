@@ -65,7 +65,6 @@ def test_a_mesh_refined_in_parts_becomes_one_surface_without_new_vertices(name: 
         assert repaired.mesh.area == pytest.approx(mesh.area, rel=1e-12)
 
 
-@pytest.mark.long
 def test_parts_of_divided_face_are_inside_it_with_its_normal() -> None:
     mesh = refined_at_random(sphere(), 4)
     repaired = repair_mesh(mesh)
@@ -90,7 +89,6 @@ def test_subdivisions_that_alternate_are_stitched_from_both_sides(gap: float) ->
     assert counted(mesh)["t-junction"] == 23
 
 
-@pytest.mark.long
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
 @pytest.mark.parametrize("how", ["as it is", "loose", "turned"])
