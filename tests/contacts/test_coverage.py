@@ -10,7 +10,7 @@ import math
 import numpy as np
 import pytest
 
-from tests.support.coverage import EFFECTS, MODELS, Coverage, coverage, touch_errors
+from tests.support.coverage import BODIES, EFFECTS, MODELS, OTHER_SKINS, Coverage, coverage, coverage_of, touch_errors
 
 SKIN = "arm-1000"
 COUNT = 900
@@ -216,3 +216,26 @@ def test_coverage_does_not_depend_on_the_skin(skin, effect):
         assert 0.60 <= found.force[0] <= 0.80
     assert found.force[1] >= 0.88
     assert found.place[1] >= 0.88
+
+
+OTHER_BODIES = {
+    ("cylinder", "area averaging"): ((0.40, 0.60), (0.80, 0.93)),
+    ("box", "area averaging"): ((0.35, 0.65), (0.70, 0.92)),
+    ("cylinder", "threshold"): ((0.25, 0.55), (0.75, 0.95)),
+    ("box", "threshold"): ((0.08, 0.35), (0.70, 0.92)),
+    ("cylinder", "saturation"): ((0.80, 1.0), (0.97, 1.0)),
+    ("box", "saturation"): ((0.90, 1.0), (0.97, 1.0)),
+    ("cylinder", "dead taxels"): ((0.40, 0.73), (0.90, 1.0)),
+    ("box", "dead taxels"): ((0.40, 0.73), (0.90, 1.0)),
+}
+"""Bounds where the goal is not met for bodies other than balls; the guide states the reasons."""
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("effect", EFFECTS)
+@pytest.mark.parametrize("body", BODIES)
+def test_intervals_hold_on_skins_and_for_bodies_that_no_width_was_fitted_to(body, effect):
+    tables = [touch_errors(skin, effect=effect, body=body, count=100) for skin in OTHER_SKINS]
+    found = coverage_of(np.concatenate(tables))
+    standard, interval = OTHER_BODIES.get((body, effect), ((0.55, 0.78), (0.88, 1.0)))
+    assert_forces_are_covered(found, standard, interval)

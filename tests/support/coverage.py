@@ -3,12 +3,16 @@
 A ball of 4 to 20 mm presses a random place of a skin with 0.5 to 10 N (both log-uniform). Its load begins at an unknown
 time up to three time constants of the creep before it is read, or swings by half of itself at 0.2 to 2 Hz while a slow
 skin is read or readings are means over time. Every touch has a sensor of its own: gains, offsets and dead taxels are
-drawn again.
+drawn again. Instead of a ball, a cylinder on its side or the face of a box presses skins that no width was fitted to.
+
+``python -m tests.support.coverage`` prints the guide's table of these bodies (about 10 minutes).
 """
 
 from __future__ import annotations
 
 import math
+import sys
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
 from types import MappingProxyType
@@ -18,15 +22,17 @@ import numpy as np
 from tactile_maps.contacts.detection.regions import ContactRegion
 from tactile_maps.contacts.pipeline import ContactPipeline, ReadingSettings
 from tactile_maps.core.arrays import BoolArray, FloatArray
-from tactile_maps.geometry.surface.mesh import SurfacePoint
+from tactile_maps.geometry.surface.mesh import Mesh, SurfacePoint
+from tactile_maps.geometry.surface.pose import Pose
 from tactile_maps.maps.build import build_map
 from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.robots.library import load_robot
 from tactile_maps.robots.model.robot import Robot
 from tactile_maps.skin.fitting.cover import CoverSpec, cover_robot
-from tactile_maps.skin.model.skin import Skin
+from tactile_maps.skin.model.skin import Patch, Skin
+from tactile_maps.skin.taxel_placement.sampling import place_evenly
 from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
-from tactile_maps.tactile.mechanics.loads import Load, sphere_load
+from tactile_maps.tactile.mechanics.loads import Box, Cylinder, Load, sphere_load
 from tactile_maps.tactile.mechanics.receptive_field import cell_field, disc_field, quadrature_points
 from tactile_maps.tactile.models.contact_model import CONTACT_MODELS, ContactModel
 from tactile_maps.tactile.sensors.sensor_chain import SensorChain
@@ -45,7 +51,7 @@ from tactile_maps.tactile.sensors.sensor_effects import (
     SensorEffects,
     Threshold,
 )
-from tests.support.touch import bar, bar_map
+from tests.support.touch import bar, bar_map, plate
 
 TICK = 0.005
 LAYER = ElasticLayer()
@@ -79,6 +85,12 @@ EFFECTS = MappingProxyType(
         ),
     }
 )
+BODIES = MappingProxyType({"ball": 0.006, "cylinder": 0.016, "box": 0.019})
+"""Bodies, with their least distance from the border of a skin of ``OTHER_SKINS`` [m]."""
+OTHER_SKINS = ("strip-110", "cap-130", "corner-160")
+"""A flat strip, a cap of a sphere, and two patches at a right angle; no width was fitted to them."""
+_CYLINDER = Cylinder(0.008, 0.015)
+_BOX = Box((0.015, 0.01, 0.01))
 MODELS = ("point", "water-fill", "punch", "half-space", "foundation", "depth")
 
 
@@ -107,13 +119,56 @@ class Coverage:
 
 @cache
 def skin_of(name: str) -> tuple[Robot, TactileMap]:
-    """Return a robot and its map: ``arm-1000`` or ``bar-400``."""
+    """Return a robot and its map: ``arm-1000``, ``bar-400`` or one of ``OTHER_SKINS``."""
     kind, taxels = name.split("-")
     if kind == "bar":
         return bar(), bar_map(int(taxels))
+    if name in OTHER_SKINS:
+        return bar(), build_map(_other_skin(kind))
     robot = load_robot(kind)
     links = ("upper_arm", "forearm", "hand") if kind == "arm" else ()
     return robot, build_map(cover_robot(robot, CoverSpec(links, taxels=int(taxels))))
+
+
+def _other_skin(kind: str) -> Skin:
+    if kind == "strip":
+        strip = plate((0.01, -0.03, 0.02), (0.3, 0, 0), (0, 0.06, 0), steps=(60, 12))
+        return Skin((Patch("strip", "bar", strip, place_evenly(strip, 110, seed=3)),))
+    if kind == "cap":
+        cap = _cap(0.06, 1.0)
+        return Skin((Patch("cap", "bar", cap, place_evenly(cap, 130, seed=4)),))
+    top = plate((0, 0, 0), (0.1, 0, 0), (0, 0.1, 0), steps=(24, 24))
+    side = plate((0, 0, 0), (0, 0.1, 0), (0, 0, -0.1), steps=(24, 24))
+    return Skin(
+        (
+            Patch("top", "bar", top, place_evenly(top, 70, seed=5)),
+            Patch("side", "bar", side, place_evenly(side, 90, seed=6)),
+        )
+    )
+
+
+def _cap(radius: float, angle: float, rings: int = 24, around: int = 48) -> Mesh:
+    """Return the part of a sphere up to an ``angle`` [rad] from its pole."""
+    polar, turn = np.meshgrid(
+        angle * np.arange(1, rings + 1) / rings, 2 * np.pi * np.arange(around) / around, indexing="ij"
+    )
+    sphere = [np.sin(polar) * np.cos(turn), np.sin(polar) * np.sin(turn), np.cos(polar)]
+    vertices = np.vstack([[0, 0, 1], np.stack(sphere, axis=-1).reshape(-1, 3)])
+    number = 1 + np.arange(rings * around).reshape(rings, around)
+    following = np.roll(number, -1, axis=1)
+    faces = [
+        np.stack([np.zeros_like(number[0]), number[0], following[0]], axis=-1),
+        np.stack([number[:-1], number[1:], following[1:]], axis=-1).reshape(-1, 3),
+        np.stack([number[:-1], following[1:], following[:-1]], axis=-1).reshape(-1, 3),
+    ]
+    return Mesh(radius * vertices, np.concatenate(faces))
+
+
+def _border(surface: Mesh) -> FloatArray:
+    """Return the vertices (k, 3) on the border of a surface."""
+    sides = np.sort(np.concatenate([surface.faces[:, [0, 1]], surface.faces[:, [1, 2]], surface.faces[:, [2, 0]]]))
+    edges, counts = np.unique(sides, axis=0, return_counts=True)
+    return surface.vertices[np.unique(edges[counts == 1])]
 
 
 class _SpringBed:
@@ -170,26 +225,43 @@ def _model(skin_name: str, model: str, averaging: bool) -> ContactModel:
 
 
 @cache
-def _touches(skin_name: str, model: str, averaging: bool, count: int) -> list[tuple[Load, FloatArray]]:
+def _touches(skin_name: str, model: str, averaging: bool, body: str, count: int) -> list[tuple[Load, FloatArray]]:
     random = np.random.default_rng(7)
     skin = skin_of(skin_name)[1].skin
     felt = _model(skin_name, model, averaging)
+    borders = [_border(patch.surface) for patch in skin.patches] if skin_name in OTHER_SKINS else []
     areas = [patch.surface.face_areas for patch in skin.patches]
     owner = np.repeat(np.arange(len(areas)), [len(one) for one in areas])
     face = np.concatenate([np.arange(len(one)) for one in areas])
     whole = np.concatenate(areas)
-    chosen = random.choice(len(whole), count, p=whole / whole.sum())
-    touches = []
-    for number in chosen:
-        weights = random.dirichlet((1.0, 1.0, 1.0))
-        at = SurfacePoint(int(owner[number]), int(face[number]), tuple(weights.tolist()))
-        force = math.exp(random.uniform(*np.log((0.5, 10.0))))
-        radius = math.exp(random.uniform(*np.log((4e-3, 0.02))))
-        load = sphere_load(
-            skin.link(at), skin.position(at), skin.normal(at), force, radius, depth=force / LAYER.stiffness
-        )
-        touches.append((load, felt.pressures([load])))
+    touches: list[tuple[Load, FloatArray]] = []
+    while len(touches) < count:
+        for number in random.choice(len(whole), count - len(touches), p=whole / whole.sum()):
+            weights = random.dirichlet((1.0, 1.0, 1.0))
+            at = SurfacePoint(int(owner[number]), int(face[number]), tuple(weights.tolist()))
+            force = math.exp(random.uniform(*np.log((0.5, 10.0))))
+            load = _load(body, skin, at, force, random)
+            away = [np.linalg.norm(borders[at.patch] - load.point, axis=1).min()] if borders else []
+            if min(away, default=np.inf) >= BODIES[body]:
+                touches.append((load, felt.pressures([load])))
     return touches
+
+
+def _load(body: str, skin: Skin, at: SurfacePoint, force: float, random: np.random.Generator) -> Load:
+    """Return the load of a body that presses a place; cylinders and boxes are turned randomly about the normal."""
+    link, point, normal = skin.link(at), skin.position(at), skin.normal(at)
+    depth = force / LAYER.stiffness
+    if body == "ball":
+        radius = math.exp(random.uniform(*np.log((4e-3, 0.02))))
+        return sphere_load(link, point, normal, force, radius, depth=depth)
+    along = np.cross(normal, random.standard_normal(3))
+    along /= np.linalg.norm(along)
+    if body == "cylinder":
+        turned = np.column_stack([normal, np.cross(along, normal), along])
+        pose = Pose(turned, point + (_CYLINDER.radius - depth) * normal)
+        return Load(link, point, normal, force, _CYLINDER, pose)
+    turned = np.column_stack([along, np.cross(normal, along), normal])
+    return Load(link, point, normal, force, _BOX, Pose(turned, point + (_BOX.half[2] - depth) * normal))
 
 
 def _seen(
@@ -240,6 +312,7 @@ def touch_errors(
     effect: str = "none",
     estimator: str = "area-sum",
     *,
+    body: str = "ball",
     count: int = 300,
     wrench_noise: float = 0.1,
 ) -> FloatArray:
@@ -253,7 +326,7 @@ def touch_errors(
     random = np.random.default_rng(11)
     settings = ReadingSettings(estimator, wrench_noise=wrench_noise if estimator == "lumped" else 0.0)
     rows = []
-    for seed, (load, felt) in enumerate(_touches(skin_name, model, sensor.area_averaging is not None, count)):
+    for seed, (load, felt) in enumerate(_touches(skin_name, model, sensor.area_averaging is not None, body, count)):
         tick = TICK if sensor.sampling else 10 * TICK
         averages = effect == "time averaging"
         chain = SensorChain(map_.skin, sensor, tick=tick, seed=seed)
@@ -289,7 +362,11 @@ def coverage(
     count: int = 300,
 ) -> Coverage:
     """Compare actual and stated errors of ``count`` touches; see the module."""
-    table = touch_errors(skin_name, model, effect, estimator, count=count)
+    return coverage_of(touch_errors(skin_name, model, effect, estimator, count=count))
+
+
+def coverage_of(table: FloatArray) -> Coverage:
+    """Compare actual and stated errors in rows of ``touch_errors``."""
     off = np.abs(table[:, 0])
     said = table[:, 1]
     away = table[:, 2]
@@ -311,3 +388,22 @@ def coverage(
             float(np.sqrt(np.mean(place**2)) / max(np.sqrt(np.mean(away**2)), 1e-12)),
         ),
     )
+
+
+def other_bodies() -> Iterator[str]:
+    """Yield the guide's table of the lowest and highest share of three skins, by effect and body."""
+    yield f"| effect | {' | '.join(BODIES)} |"
+    yield "|---" * (1 + len(BODIES)) + "|"
+    for effect in EFFECTS:
+        cells = []
+        for body in BODIES:
+            tables = [touch_errors(skin, effect=effect, body=body, count=100) for skin in OTHER_SKINS]
+            found = [coverage_of(table) for table in tables]
+            shares = [[one.force[k] for one in found if one.stated[k]] for k in (0, 1)]
+            cells.append(", ".join(f"{min(each):.2f} to {max(each):.2f}" for each in shares if each) or "exact")
+        yield f"| {effect} | {' | '.join(cells)} |"
+
+
+if __name__ == "__main__":
+    for line in other_bodies():
+        sys.stdout.write(line + "\n")

@@ -48,8 +48,8 @@ def bar(*, hinged: bool = True) -> Robot:
 def bar_skin(taxels: int = 60, *, finer: int = 1, length: float = 0.38) -> Skin:
     """Return skin on the top of the bar, 20 mm above the hinge's axis, on all or the middle part of its length [m]."""
     steps = round(48 * finer * length / 0.38), 12 * finer
-    plate = _plate((0.01 + (0.38 - length) / 2, -0.05, 0.02), (length, 0, 0), (0, 0.1, 0), steps=steps)
-    return Skin((Patch("top", "bar", plate, place_evenly(plate, taxels, seed=0)),))
+    top = plate((0.01 + (0.38 - length) / 2, -0.05, 0.02), (length, 0, 0), (0, 0.1, 0), steps=steps)
+    return Skin((Patch("top", "bar", top, place_evenly(top, taxels, seed=0)),))
 
 
 def each_point_a_taxel(skin: Skin) -> Skin:
@@ -80,8 +80,8 @@ def pair() -> tuple[Robot, Skin]:
         np.zeros(1),
     )
     faces = {
-        "left": _plate((0.05, -0.05, -0.05), (0, 0.1, 0), (0, 0, 0.1)),
-        "right": _plate((-0.05, -0.05, -0.05), (0, 0, 0.1), (0, 0.1, 0)),
+        "left": plate((0.05, -0.05, -0.05), (0, 0.1, 0), (0, 0, 0.1)),
+        "right": plate((-0.05, -0.05, -0.05), (0, 0, 0.1), (0, 0.1, 0)),
     }
     return robot, Skin(tuple(Patch(n, n, plate, place_evenly(plate, 40, seed=0)) for n, plate in faces.items()))
 
@@ -120,7 +120,7 @@ def taxel_near(skin: Skin, patch: int, point) -> int:
     return int(skin.first[patch] + away.argmin())
 
 
-def _plate(corner, along, across, *, steps: tuple[int, int] = (16, 16)) -> Mesh:
+def plate(corner, along, across, *, steps: tuple[int, int] = (16, 16)) -> Mesh:
     """Return a flat rectangle with normal ``along`` x ``across``."""
     m, n = steps
     i, j = (k.ravel() for k in np.meshgrid(np.arange(m + 1), np.arange(n + 1), indexing="ij"))
