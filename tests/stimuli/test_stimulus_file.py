@@ -58,6 +58,7 @@ def test_only_what_is_not_as_usual_is_written():
         ("[[stimuli]]\nkind = 'poke'\nforce = 1000", r"line 3, stimuli\.force.*1000.*0 to 100"),
         ("[[stimuli]]\nkind = 'tap'\ntaps = 2.5", r"line 3, stimuli\.taps.*whole"),
         ("[[stimuli]]\nkind = 'babble'\nway = 'wild'", r"line 3, stimuli\.way.*wild.*unbiased"),
+        ("[[stimuli]]\nkind = 'poke'\nradius = 8", r"line 3, stimuli\.radius.*Choose 0\.0001 to 0\.1 metres"),
         ("[[stimuli]]\nkind = 'path'", r"missing.*points"),
         ("[[stimuli]]\nkind = 'path'\npoints = [[0, 1, 2]]", r"line 3, stimuli\.points.*4"),
     ],

@@ -63,6 +63,16 @@ _RANGES = (
     ("begin", 0.0, 1e6),
     ("repeat", 1, 100_000),
 )
+_TIMES = ("rest", "begin", "hold", "down", "up", "stay", "seconds", "pause")
+_UNITS = {
+    "force": " N",
+    "press": " m/s",
+    "speed": " m/s",
+    "stiffness": " N/m",
+    **dict.fromkeys(("radius", "length"), " metres"),
+    **dict.fromkeys(("heading", "angle"), " degrees"),
+    **dict.fromkeys(_TIMES, " seconds"),
+}
 _FAR = 100.0
 
 
@@ -101,7 +111,7 @@ class Stimulus(ABC):
         for name, low, high in (*_RANGES, *self.ranges):
             value = getattr(self, name)
             if value is not None and not low <= value <= high:
-                raise self.refusal(name, value, f"Choose {low:g} to {high:g}")
+                raise self.refusal(name, value, f"Choose {low:g} to {high:g}{_UNITS.get(name, '')}")
         for name in self.places:
             self.check_place(name, getattr(self, name))
 
