@@ -7,13 +7,15 @@ import zlib
 
 import pytest
 from PIL import Image
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QFont, QFontMetricsF, QTransform
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
 from tactile_maps.core.errors import DisplayError
 from tactile_widgets.__main__ import main
 from tactile_widgets.common.file_dialogs import FileDialog
+from tactile_widgets.common.settings import BaseLayer
 from tactile_widgets.dialogs.figures.figure_file import FigureColours, FigurePart, FigureSpec, write_figure
 from tests.widgets.support.window_driver import press_map, run
 
@@ -120,3 +122,50 @@ def test_command_line_rejects_arguments_before_preparing(capsys, tmp_path):
     assert "20 to 1000 mm" in capsys.readouterr().err
     assert main(["screenshot", "--figure", "map", "-o", str(tmp_path / "a.gif")]) == 1
     assert ".svg" in capsys.readouterr().err
+
+
+def transformed(drawn):
+    """Transform and content of the groups of an SVG."""
+    for matrix, content in re.findall(r'transform="matrix\(([^)]*)\)"[^>]*>(.*?)</g>', drawn, re.DOTALL):
+        yield QTransform(*map(float, matrix.split(","))), content
+
+
+def text_boxes(drawn):
+    """Box of each text of an SVG whose captions have 11 units."""
+    font = QFont(QApplication.font())
+    font.setPixelSize(11)
+    metrics = QFontMetricsF(font)
+    pattern = r'<text [^>]* x="([-\d.]+)" y="([-\d.]+)"[^>]*>([^<]+)</text>'
+    return {
+        text: view.mapRect(metrics.tightBoundingRect(text).translated(float(x), float(y)))
+        for view, content in transformed(drawn)
+        for x, y, text in re.findall(pattern, content)
+    }
+
+
+def map_points(drawn):
+    """Points of the outlines of patches: the polylines in scene units."""
+    return [
+        view.map(QPointF(float(x), float(y)))
+        for view, content in transformed(drawn)
+        if view.isScaling()
+        for path in re.findall(r'<poly(?:line|gon) [^>]*points="([^"]*)"', content)
+        for x, y in re.findall(r"([-\d.e]+),([-\d.e]+)", path)
+    ]
+
+
+@pytest.mark.parametrize("size", [(20.0, 20.0), (65.0, 50.0)])
+def test_legend_of_a_small_figure_is_on_the_page_and_covers_neither_map_nor_colour_bar(window, tmp_path, size):
+    window.presenters.view.set_base_layer(BaseLayer.AREA)
+    window.presenters.figure.save(FigurePart.MAP, tmp_path / "map.svg", FigureSpec(*size))
+    drawn = (tmp_path / "map.svg").read_text()
+    page = QRectF(*map(float, re.search(r'viewBox="([^"]*)"', drawn)[1].split()))
+    texts = text_boxes(drawn)
+    assert {"Area distortion", "×2 or more", "0 overlapping", "Pressure (kPa)"} <= texts.keys()
+    assert all(page.contains(box) for box in texts.values())
+    outlines = map_points(drawn)
+    assert len(outlines) > 100
+    assert all(page.contains(point) for point in outlines)
+    legend = texts["Area distortion"].united(texts["×2 or more"]).united(texts["0 overlapping"])
+    assert not any(legend.contains(point) for point in outlines)
+    assert not any(legend.intersects(texts[text]) for text in ("Pressure (kPa)", "0", "forearm", "hand"))

@@ -16,7 +16,7 @@ from tactile_maps.core.errors import DisplayError
 from tactile_maps.core.files import write_atomically
 
 MM_PER_INCH = 25.4
-UNITS_PER_INCH = 96.0
+UNITS_PER_INCH = 96
 """Units of drawing, the pixels of a standard screen, so that text has the same size on paper."""
 SMALLEST_MM = 20.0
 LARGEST_MM = 1000.0
@@ -52,6 +52,7 @@ class FigureSpec:
         height: Height [mm].
         dpi: Pixels per inch of a PNG, and of pictures within SVG and PDF: the robot, and touch on the map.
         colours: Colours of the figure.
+        units_per_inch: Units of drawing per inch; more of them make texts, marks and lines smaller.
 
     Raises:
         DisplayError: A size or resolution is out of range.
@@ -61,6 +62,7 @@ class FigureSpec:
     height: float = 85.0
     dpi: int = 300
     colours: FigureColours = FigureColours.PAPER
+    units_per_inch: int = UNITS_PER_INCH
 
     def __post_init__(self) -> None:
         for name, side in (("width", self.width), ("height", self.height)):
@@ -87,13 +89,13 @@ class FigureSpec:
     @property
     def units(self) -> tuple[int, int]:
         """Width and height in units of drawing."""
-        unit = MM_PER_INCH / UNITS_PER_INCH
+        unit = MM_PER_INCH / self.units_per_inch
         return round(self.width / unit), round(self.height / unit)
 
     @property
     def quality(self) -> float:
         """Pixels per unit of pictures."""
-        return self.dpi / UNITS_PER_INCH
+        return self.dpi / self.units_per_inch
 
 
 FIGURE_KINDS = {".svg": "SVG, vector (*.svg)", ".pdf": "PDF, vector (*.pdf)", ".png": "PNG, pixels (*.png)"}
@@ -112,7 +114,7 @@ def write_figure(path: str | Path, spec: FigureSpec, background: str, paint: Cal
         DisplayError: Another extension, or the file cannot be written.
     """
     kind = check_figure_kind(path)
-    writers = {".svg": _svg, ".pdf": _pdf, ".png": _png}
+    writers = {".svg": _svg_file, ".pdf": _pdf, ".png": _png}
     write_atomically(Path(path), writers[kind](spec, QColor(background), paint), error=DisplayError)
 
 
@@ -145,7 +147,7 @@ def _svg(spec: FigureSpec, background: QColor, paint: Callable[[QPainter], None]
     written.open(QBuffer.OpenModeFlag.WriteOnly)
     page = QSvgGenerator()
     page.setOutputDevice(written)
-    page.setResolution(int(UNITS_PER_INCH))
+    page.setResolution(spec.units_per_inch)
     page.setSize(QSize(*spec.units))
     page.setViewBox(QRect(0, 0, *spec.units))
     page.setTitle("Tactile Maps")
@@ -153,6 +155,11 @@ def _svg(spec: FigureSpec, background: QColor, paint: Callable[[QPainter], None]
     # Qt rounds the size to its units.
     size = f'width="{spec.width:g}mm" height="{spec.height:g}mm"'.encode()
     return re.sub(rb'width="[\d.]+mm" height="[\d.]+mm"', size, bytes(written.data().data()), count=1)
+
+
+def _svg_file(spec: FigureSpec, background: QColor, paint: Callable[[QPainter], None]) -> bytes:
+    """Return the SVG with pens in proportion to texts; programs draw unscaled pens in pixels of 1/96 inch."""
+    return _with_wider_pens(_svg(spec, background, paint), UNITS_PER_INCH / spec.units_per_inch)
 
 
 def _pdf(spec: FigureSpec, background: QColor, paint: Callable[[QPainter], None]) -> bytes:
@@ -165,7 +172,7 @@ def _pdf(spec: FigureSpec, background: QColor, paint: Callable[[QPainter], None]
     )
     page.setPageSize(size)
     page.setPageMargins(QMarginsF(0, 0, 0, 0))
-    page.setResolution(int(UNITS_PER_INCH))
+    page.setResolution(spec.units_per_inch)
     _draw(QPainter(page), spec, background, paint)
     return bytes(written.data().data())
 

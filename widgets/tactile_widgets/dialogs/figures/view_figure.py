@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from itertools import combinations
 from pathlib import Path
 
 from PySide6.QtCore import QPoint, QPointF, QRectF, Qt
@@ -24,6 +25,10 @@ from tactile_widgets.views.map.items.map_coordinates import nice_floor
 PAPER = replace(LIGHT, window="#ffffff", panel="#ffffff")
 _LONGEST_BAR = 110.0
 _EDGE = 12.0
+_STEP = 1.1
+"""Factor by which units shrink until all texts have room."""
+_MOST_UNITS = 1000
+"""Units per inch from which smaller ones are no longer tried."""
 
 
 def theme_of(colours: FigureColours) -> Theme:
@@ -64,7 +69,10 @@ def write_view_figure(shown: ShownInViews, part: FigurePart, path: str | Path, s
         raise DisplayError("plots are not a view", value=part.value, remedy="Write them with write_plot_figure")
     theme = theme_of(spec.colours)
     with _copied(shown, part, theme, spec) as views:
-        write_figure(path, spec, theme.window, lambda painter: _paint(painter, views, part, theme))
+        fitted = _fitted(spec, views, part)
+        if part is not FigurePart.MAP:
+            views.robot.display.draw_now(quality=fitted.quality)
+        write_figure(path, fitted, theme.window, lambda painter: _paint(painter, views, part, theme))
 
 
 @contextmanager
@@ -85,8 +93,6 @@ def _copied(shown: ShownInViews, part: FigurePart, theme: Theme, spec: FigureSpe
             views.show_frame(shown.frame)
         QApplication.sendPostedEvents(views)
         _look_alike(views, shown.views)
-        if part is not FigurePart.MAP:
-            views.robot.display.draw_now(quality=spec.quality)
         yield views
     finally:
         views.robot.close_view()
@@ -98,12 +104,36 @@ def _look_alike(views: LinkedViews, other: LinkedViews) -> None:
     """Use the cameras and the selection of other views."""
     if not other.robot.display.framed:
         views.robot.display.look(other.robot.display.actors.viewpoint)
-    if other.map.camera.framed:
-        views.map.frame_all()  # the legends of a figure have another size, compared with the map
-    else:
+    if not other.map.camera.framed:
         views.map.look(other.map.camera)
     for part in (views.robot.display, views.map):
         part.set_selection(other.selection.taxels, other.selection.inks)
+
+
+def _fitted(spec: FigureSpec, views: LinkedViews, part: FigurePart) -> FigureSpec:
+    """Return the largest units at which the figure has room for its texts, and resize the views to it."""
+    whole_map = views.map.camera.framed
+    if part is not FigurePart.MAP:
+        views.robot.display.draw_now(quality=1.0)  # the orientation cube needs a picture
+    while True:
+        views.resize(*spec.units)
+        if whole_map:  # the legends of a figure have another size, compared with the map
+            views.map.frame_all(still=True)
+        room = views.size().toTuple() == spec.units  # it is never smaller than its layout
+        fits = room and (part is FigurePart.ROBOT or views.map.legends_fit())
+        if (fits and (part is FigurePart.MAP or _robot_fits(views))) or spec.units_per_inch > _MOST_UNITS:
+            return spec
+        spec = replace(spec, units_per_inch=round(_STEP * spec.units_per_inch))
+
+
+def _robot_fits(views: LinkedViews) -> bool:
+    """Whether the captions of the robot view are in it and hide none of each other."""
+    room = QRectF(views.robot.rect())
+    _, _, line, text = _scale_bar(views)
+    captions = [box for box in views.robot.display.overlay.caption_boxes() if not box.isEmpty()]
+    boxes = [line.united(text), *captions]
+    apart = not any(one.intersects(other) for one, other in combinations(boxes, 2))
+    return apart and all(room.contains(box) for box in boxes)
 
 
 def _paint(painter: QPainter, views: LinkedViews, part: FigurePart, theme: Theme) -> None:
@@ -112,10 +142,9 @@ def _paint(painter: QPainter, views: LinkedViews, part: FigurePart, theme: Theme
         _paint_scale_bar(painter, views, theme)
 
 
-def _paint_scale_bar(painter: QPainter, views: LinkedViews, theme: Theme) -> None:
-    """Draw a scale bar for the middle of the robot view; nearer objects appear larger."""
+def _scale_bar(views: LinkedViews) -> tuple[QFont, str, QRectF, QRectF]:
+    """Return font and text of the robot view's scale bar, and the boxes of its line and text in that view [px]."""
     robot = views.robot
-    corner = QPointF(robot.mapTo(views, QPoint(0, 0)))
     pixel = robot.display.pixel_size(None)
     millimetres = nice_floor(min(_LONGEST_BAR, 0.25 * robot.width()) * pixel * 1e3)
     length = 1e-3 * millimetres / pixel
@@ -123,9 +152,18 @@ def _paint_scale_bar(painter: QPainter, views: LinkedViews, theme: Theme) -> Non
     font = QFont(robot.font())
     font.setPixelSize(11)
     metrics = QFontMetricsF(font)
-    box = QRectF(corner.x() + _EDGE, corner.y() + _EDGE, length, metrics.height() + 10)
+    line = QRectF(_EDGE, _EDGE, length, 5.0)
+    words = QRectF(_EDGE, line.bottom() + 4, metrics.horizontalAdvance(text), metrics.height())
+    return font, text, line, words
+
+
+def _paint_scale_bar(painter: QPainter, views: LinkedViews, theme: Theme) -> None:
+    """Draw a scale bar for the middle of the robot view; nearer objects appear larger."""
+    corner = QPointF(views.robot.mapTo(views, QPoint(0, 0)))
+    font, text, line, words = _scale_bar(views)
+    line.translate(corner)
+    words.translate(corner)
     painter.setPen(QPen(QColor(theme.text), 1.5, Qt.PenStyle.SolidLine, Qt.PenCapStyle.FlatCap))
-    low = box.top() + 5
-    painter.drawPolyline([QPointF(box.left() + x, low + y) for x, y in ((0, -5), (0, 0), (length, 0), (length, -5))])
+    painter.drawPolyline([line.topLeft(), line.bottomLeft(), line.bottomRight(), line.topRight()])
     painter.setFont(font)
-    painter.drawText(QPointF(box.left(), low + metrics.ascent() + 4), text)
+    painter.drawText(words, Qt.AlignmentFlag.AlignLeft | Qt.TextFlag.TextDontClip, text)

@@ -382,11 +382,22 @@ class MapView(QGraphicsView):
         if framed is not None:
             self.look(self.camera.over(framed.content, framed.origin, self._room()))
 
-    def _framed(self) -> MapCamera | None:
+    def legends_fit(self) -> bool:
+        """Whether all legends are in view and hide neither a caption nor, if all of the map is in view, a patch."""
+        return self.picture is None or self._painter.legends_fit(
+            self.marks,
+            self.picture,
+            self.viewportTransform(),
+            QRectF(self.viewport().rect()),
+            whole_map=self.camera.framed,
+        )
+
+    def _framed(self, *, still: bool = False) -> MapCamera | None:
         """Return the camera with the whole map in view; None without visible patches."""
         if self.picture is None:
             return None
-        return self._painter.framing(self.marks, self.picture.shapes, QRectF(self.viewport().rect()))
+        room = QRectF(self.viewport().rect())
+        return self._painter.framing(self.marks, self.picture.shapes, room, still=still)
 
     def _frame_again(self) -> None:
         """Keep the whole map in view if it is, next to other legends or in another viewport."""
@@ -410,9 +421,9 @@ class MapView(QGraphicsView):
         self.setTransform(QTransform(scale, 0, 0, scale, rest.x(), rest.y()))
         self.viewport().update()
 
-    def frame_all(self) -> None:
-        """Frame the whole content, next to the legend of the base layer."""
-        self.look(self._framed() or MapCamera.framing(self.camera.content, self.camera.origin))
+    def frame_all(self, *, still: bool = False) -> None:
+        """Frame the whole content, next to the legend of the base layer; in a ``still`` picture next to all legends."""
+        self.look(self._framed(still=still) or MapCamera.framing(self.camera.content, self.camera.origin))
 
     def frame_taxels(self, taxels: IntArray) -> None:
         """Show these taxels (k,), at least one, and their surroundings."""

@@ -13,7 +13,8 @@ from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter
 from tactile_widgets.common.colours import Theme
 from tactile_widgets.views.overlays.painting import paint_box
 
-_PAD = 8.0
+PAD = 8.0
+"""Distance of the texts from the edge of the box [px]."""
 _GLYPH_GAP = 8.0
 Glyph = Callable[[QPainter, QPointF, Theme], None]
 """Draws a mark around a point [px]."""
@@ -43,13 +44,17 @@ class Legend(ABC):
     def paint_row(self, painter: QPainter, row: QRectF, number: int, theme: Theme) -> None:
         """Paint the text of this number, and what belongs to it."""
 
+    def fitted(self, width: float, font: QFont) -> Legend:
+        """Return the legend with its lines wrapped, if it can be, where it is wider than ``width`` [px]."""
+        return self
+
     def size(self, font: QFont) -> QSizeF:
         """Size with texts in ``font`` [px]."""
         metrics = QFontMetricsF(font)
         line = metrics.height() + self.spacing
         width = max(self.least_width, *map(metrics.horizontalAdvance, self.texts)) + self.indent
         height = line * len(self.texts) + self.extra_height(line)
-        return QSizeF(width + 2 * _PAD, height + 2 * _PAD - self.spacing)
+        return QSizeF(width + 2 * PAD, height + 2 * PAD - self.spacing)
 
     def paint(self, painter: QPainter, box: QRectF, font: QFont, theme: Theme) -> None:
         """Paint the legend in a box of its ``size``."""
@@ -57,7 +62,7 @@ class Legend(ABC):
         line = QFontMetricsF(font).height() + self.spacing
         paint_box(painter, box, theme.panel)
         painter.setFont(font)
-        row = QRectF(box.left() + _PAD, box.top() + _PAD - 1, box.width() - 2 * _PAD, line)
+        row = QRectF(box.left() + PAD, box.top() + PAD - 1, box.width() - 2 * PAD, line)
         for number in range(len(self.texts)):
             self.paint_row(painter, row, number, theme)
             row.translate(0, line if number else line + self.extra_height(line))

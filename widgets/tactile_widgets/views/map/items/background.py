@@ -6,13 +6,13 @@ The background itself is pixels and numbers without Qt.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QRectF, Qt
-from PySide6.QtGui import QColor, QImage, QPainter, QPen
+from PySide6.QtGui import QColor, QFont, QFontMetricsF, QImage, QPainter, QPen
 
 from tactile_maps.core.arrays import FloatArray
 from tactile_maps.core.reading_units import THIN
@@ -24,7 +24,7 @@ from tactile_widgets.common.colours import PressureScale, StretchScale, Theme, w
 from tactile_widgets.common.settings import BaseLayer
 from tactile_widgets.views.map.items.bijectivity import Flaws
 from tactile_widgets.views.map.items.map_coordinates import format_three_digits, nice_floor
-from tactile_widgets.views.overlays.legend import Legend
+from tactile_widgets.views.overlays.legend import PAD, Legend
 
 STRETCH_SCALE = StretchScale()
 _LIGHT = PressureScale().table[0].astype(np.float64)
@@ -32,6 +32,8 @@ _SHADE = np.array([172.0, 181.0, 191.0])
 """Colours of the textures: neutral of the bare skin, and a darker one."""
 FLIPPED = (224, 49, 49)
 _PATTERNS_ACROSS = 20.0
+_FACTS = "   "
+"""Gap between the facts of a line."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +94,8 @@ def _stretch_background(kind: BaseLayer, map_: TactileMap, image: ImageAtlas) ->
     palette[found.flipped] = FLIPPED
     colours = words32(palette)[np.maximum(first[patch] + face, 0)]
     spread = found.spread
-    numbers = f"Median ×{spread.median:.2f}   95{THIN}% ×{spread.p95:.2f}   max ×{format_three_digits(spread.max)}"
+    maximum = format_three_digits(spread.max)
+    numbers = _FACTS.join((f"Median ×{spread.median:.2f}", f"95{THIN}% ×{spread.p95:.2f}", f"max ×{maximum}"))
     return Background(kind, _extended_to_border(colours, image), numbers, found)
 
 
@@ -127,27 +130,40 @@ class BackgroundLegend(Legend):
     Attributes:
         title: Name of the background.
         lines: Facts below the title.
+        flaws: Lines that count flaws, below the facts.
         strip: Whether the stretch scale is drawn.
         one_sided: Whether only the upper half of the scale can occur.
-        faulty: Whether the last line counts flaws.
+        faulty: Whether there are flaws.
     """
 
     title: str
     lines: tuple[str, ...]
+    flaws: tuple[str, ...] = ()
     strip: bool = False
     one_sided: bool = False
     faulty: bool = False
-    least_width: ClassVar[float] = 150.0
+    least_width: ClassVar[float] = 165.0
 
     @property
     def texts(self) -> tuple[str, ...]:
-        return self.title, *self.lines
+        return self.title, *self.lines, *self.flaws
+
+    def fitted(self, width: float, font: QFont) -> BackgroundLegend:
+        if self.size(font).width() <= width:
+            return self
+        metrics = QFontMetricsF(font)
+        most = max(width - 2 * PAD, self.least_width)
+        lines, flaws = (
+            tuple(piece for line in texts for piece in _wrapped(line, most, metrics))
+            for texts in (self.lines, self.flaws)
+        )
+        return replace(self, lines=lines, flaws=flaws)
 
     def extra_height(self, line: float) -> float:
         return _STRIP + line + 4 if self.strip else 0.0
 
     def paint_row(self, painter: QPainter, row: QRectF, number: int, theme: Theme) -> None:
-        is_flaws = self.faulty and number == len(self.lines)
+        is_flaws = self.faulty and number > len(self.lines)
         painter.setPen(QColor(theme.fault if is_flaws else theme.quiet if number else theme.text))
         painter.drawText(row, Qt.AlignmentFlag.AlignLeft, self.texts[number])
         if self.strip and number == 0:
@@ -185,8 +201,23 @@ def background_legend(
     names = f" ({', '.join(overlapping[:_NAMED])}{', …' if len(overlapping) > _NAMED else ''})" if overlapping else ""
     counts = f"{flips} {'triangle' if flips == 1 else 'triangles'} flipped, {overlaps} overlapping{names}"
     if background is None:
-        return BackgroundLegend("Not bijective", (counts,), faulty=True) if faulty else None
+        return BackgroundLegend("Not bijective", (), (counts,), faulty=True) if faulty else None
     strip = background.stretch is not None
-    lines = (background.note, counts) if strip or faulty else (background.note,)
+    counted = (counts,) if strip or faulty else ()
     one_sided = background.stretch is not None and background.stretch.measure != "area"
-    return BackgroundLegend(background.kind.title, lines, strip, one_sided, faulty)
+    return BackgroundLegend(background.kind.title, (background.note,), counted, strip, one_sided, faulty)
+
+
+def _wrapped(text: str, width: float, metrics: QFontMetricsF) -> list[str]:
+    """Wrap a text at the gaps between its facts, else at commas, else between words, in lines of ``width`` [px]."""
+    gap = next((gap for gap in (_FACTS, ", ") if gap in text), " ")
+    first, *rest = text.split(gap)
+    lines = [first]
+    for part in rest:
+        longer = f"{lines[-1]}{gap}{part}"
+        if metrics.horizontalAdvance(longer) <= width:
+            lines[-1] = longer
+        else:
+            lines[-1] += gap.rstrip()
+            lines.append(part)
+    return lines

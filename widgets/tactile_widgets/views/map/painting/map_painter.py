@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen, QTransform
+from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPainterPath, QPen, QTransform
 
 from tactile_maps.contacts.detection.regions import ContactRegion
 from tactile_maps.core.arrays import FloatArray
@@ -40,6 +40,7 @@ from tactile_widgets.views.overlays.painting import (
     paint_box,
     paint_chip,
     paint_state,
+    polygon,
     state_chips,
 )
 from tactile_widgets.views.overlays.task_overlay import NO_TASK, TaskOverlay
@@ -51,6 +52,8 @@ _LONGEST_SCALE = 100.0
 _RING_GAP = 4.0
 _SMALLEST_RING = 8.0
 """Gap between a touch and the ring around it, and the ring's minimum radius [px]: nothing is drawn over the touch."""
+_WIDEST_LEGEND = 0.6
+"""Share of the viewport's width from which the lines of a legend are wrapped."""
 _CENTRE_FROM = 36.0
 """Radius of the ring from which the centre of pressure is a dot [px]: in a smaller ring it would hide the touch."""
 
@@ -249,6 +252,31 @@ class MapPainter:
             *(box for _, box in legends),
         ]
 
+    def legends_fit(
+        self, marks: MapMarks, picture: MapCanvas, view: QTransform, room: QRectF, *, whole_map: bool
+    ) -> bool:
+        """Whether the legends and the scale bar are in the viewport and hide no other caption.
+
+        Args:
+            marks: Current marks.
+            picture: Map and layers.
+            view: Conversion of scene units to pixels.
+            room: The viewport.
+            whole_map: Whether they must not hide a patch either.
+        """
+        legends = [box for _, box in self._legends_of(marks, picture.shapes, room)]
+        *captions, scale = self.caption_boxes(marks, picture, view, room)[: -len(legends) or None]
+        boxes = [scale, *legends]
+        if not all(room.contains(box) for box in boxes):
+            return False
+        if any(one.intersects(other) for one in legends for other in (*captions, scale)):
+            return False
+        patches = QPainterPath()
+        for patch in picture.shapes.patches if whole_map else ():
+            if patch.shown:
+                patches.addPolygon(view.map(polygon(patch.to_scene(patch.chart.outline))))
+        return not any(patches.intersects(box) for box in legends)
+
     def callouts(
         self, marks: MapMarks, picture: MapCanvas, view: QTransform, room: QRectF
     ) -> list[tuple[Callout, str]]:
@@ -322,23 +350,25 @@ class MapPainter:
         counts = more_contacts(len(marks.contacts))
         paint_state(painter, room, self.theme, replaying=marks.replaying, paused=marks.paused, counts=counts)
 
-    def framing(self, marks: MapMarks, shapes: MapShapes, room: QRectF) -> MapCamera | None:
+    def framing(self, marks: MapMarks, shapes: MapShapes, room: QRectF, *, still: bool = False) -> MapCamera | None:
         """Return the camera with the whole map in view, which the legend of the background does not hide.
 
-        None if no patch is shown. The map does not move for legends that come and go while the session runs.
+        None if no patch is shown. The map does not move for legends that come and go while the session runs; in a
+        ``still`` picture no legend hides it.
         """
-        legends = self._all_legends(marks) if marks.legend is not None else []
+        legends = self._all_legends(marks, room) if still or marks.legend is not None else []
         return self._legends.framing([legend.size(self._caption) for legend in legends], shapes, room)
 
-    def _all_legends(self, marks: MapMarks) -> list[Legend]:
+    def _all_legends(self, marks: MapMarks, room: QRectF) -> list[Legend]:
         entries = task_legend_entries(marks.task)
         task = task_legend(entries) if entries else None
         faults = fault_marks_legend(marks.faults) if marks.faults else None
-        return [legend for legend in (marks.legend, task, faults, *marks.layers) if legend is not None]
+        legends = [legend for legend in (marks.legend, task, faults, *marks.layers) if legend is not None]
+        return [legend.fitted(_WIDEST_LEGEND * room.width(), self._caption) for legend in legends]
 
     def _legends_of(self, marks: MapMarks, shapes: MapShapes, room: QRectF) -> list[tuple[Legend, QRectF]]:
         """Return the legends of colours and marks with their boxes, one below the other."""
-        legends = self._all_legends(marks)
+        legends = self._all_legends(marks, room)
         boxes = self._legends.boxes([legend.size(self._caption) for legend in legends], shapes, room)
         chips = self._state_boxes(marks)
         met = [chip.bottom() + 6 - boxes[0].top() for chip in chips if any(chip.intersects(box) for box in boxes)]
