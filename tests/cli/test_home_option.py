@@ -29,7 +29,6 @@ def test_every_command_that_loads_a_robot_has_the_option():
     assert commands_with("--home") == commands_with("--package-root")
 
 
-@pytest.mark.long
 def test_stated_joints_replace_those_of_the_scene(tmp_path):
     path = tmp_path / "own.toml"
     path.write_text("robot = 'arm'\n[home]\nelbow_pitch = 1.0\nshoulder_pitch = 0.5\n[cover]\nlinks = ['hand']")

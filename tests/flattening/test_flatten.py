@@ -203,7 +203,7 @@ def test_the_edges_of_the_surface_and_of_its_cut_are_worked_out_once(sorted_face
     assert sorted_faces == {surface.faces.tobytes(): 1, chart.faces.tobytes(): 1}
 
 
-@pytest.mark.sampled(1)
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", ["hemisphere", "spiral"])
 @pytest.mark.parametrize("short_of", ["rounds", "factorisations"])
 def test_a_descent_cut_short_is_still_one_to_one_and_says_where_it_stopped(name, short_of, monkeypatch):

@@ -40,7 +40,6 @@ def test_needle_becomes_straight_without_overlap() -> None:
     assert np.ptp(chart.plane, axis=0).max() > 1.9 * np.ptp(surface.vertices, axis=0).max()
 
 
-@pytest.mark.long
 def test_a_slender_patch_starts_as_wide_as_its_border_is_long() -> None:
     surface = needle()
     cuts = planned_cuts(surface, SeamPlan())

@@ -105,7 +105,6 @@ def test_one_packet_that_is_replayed_many_times_is_no_restart():
     assert (tracker.counts.restarts, tracker.counts.duplicated) == (0, 50)
 
 
-@pytest.mark.long
 def test_packet_of_the_old_count_does_not_stop_the_new_one():
     tracker = ArrivalTracker()
     for number in range(5000):

@@ -13,6 +13,7 @@ import pytest
 
 from tactile_maps.core.errors import RecordingError
 from tactile_maps.core.files import is_locked, lock_file, open_atomically
+from tactile_maps.recording.file.recording_file import RecordingFile
 from tactile_maps.recording.player import open_recording
 from tactile_maps.recording.recorder import Recorder
 from tactile_maps.recording.recover import recover
@@ -103,6 +104,26 @@ def test_two_recorders_of_one_process_are_refused_too(prepared, tmp_path):
             Recorder(prepared, path, overwrite=True)
     assert len(open_recording(path)) == 1
     assert names(tmp_path) == ["touch.mcap"]
+
+
+def test_new_recording_is_locked_while_it_is_written(tmp_path):
+    path = tmp_path / "touch.mcap"
+    recording = RecordingFile(path, overwrite=False)
+    with path.open("rb") as reader:
+        locked = is_locked(reader.fileno())
+    recording.discard()
+    assert locked
+
+
+def test_part_that_a_killed_recorder_left_stays(tmp_path):
+    path = tmp_path / "touch.mcap"
+    part = tmp_path / "touch.new.mcap"
+    path.write_bytes(b"complete")
+    part.write_bytes(b"cut off")
+    file = RecordingFile(path, overwrite=True)
+    assert file.written == tmp_path / "touch.new-2.mcap"
+    file.discard()
+    assert part.read_bytes() == b"cut off"
 
 
 def test_looking_for_a_lock_does_not_keep_it(tmp_path):

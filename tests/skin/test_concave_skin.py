@@ -72,7 +72,6 @@ def test_a_box_rests_on_bare_link_or_on_raised_skin(along, height):
     assert simulation.object_poses[0][2, 3] == pytest.approx(height + half - WEIGHT / LAYER.stiffness, abs=2e-4)
 
 
-@pytest.mark.long
 def test_a_ball_between_faces_of_a_bowl_is_one_load_with_its_weight():
     """Their forces across the mean normal cancel; the sum of both would be more."""
     simulation = ball_on("bowl", at=(0.012, 0.007), mass=2.0)

@@ -15,6 +15,7 @@ from tactile_maps.robots.load import load_robot_file
 from tactile_maps.robots.model.mujoco_spec import compile_spec, robot_spec
 from tactile_maps.robots.model.robot import Robot
 from tactile_maps.scene.effects import Effects, Integrator
+from tactile_maps.scene.objects import SceneObject
 from tactile_maps.simulation.model.model_assembly import assemble
 from tactile_maps.skin.fitting.cover import CoverSpec, cover_robot
 from tactile_maps.skin.formats.mujoco_touch import write_touch_sensors
@@ -79,6 +80,10 @@ def hostile_defaults(*, seed: int = 0) -> str:
     return f'<default>{settings()}<default class="other">{settings()}</default></default>'
 
 
+def wedge() -> SceneObject:
+    return thing("mesh", mesh=WEDGE, name="wedge", at=(7.0, 0.0, 5.0), mass=0.2)
+
+
 COMPILER = '<compiler angle="radian" alignfree="true" boundmass="5" boundinertia="5" inertiagrouprange="4 5"/>'
 
 
@@ -129,8 +134,7 @@ def differences(one: mujoco.MjModel, other: mujoco.MjModel) -> list[str]:
 def test_added_elements_are_the_same_with_hostile_defaults(skin: str, integrator: Integrator) -> None:
     effects = Effects(contact="all", skin=skin, integrator=integrator)
     guided = thing("box", name="lift", at=(6.0, 0.0, 5.0), mass=0.2, guided=True)
-    wedge = thing("mesh", mesh=WEDGE, name="wedge", at=(7.0, 0.0, 5.0), mass=0.2)
-    objects = (*every_kind(), guided, wedge)
+    objects = (*every_kind(), guided, wedge())
     plain = assemble(bar(), bar_skin(), effects, objects=objects)
     found = assemble(hostile(bar()), bar_skin(), effects, objects=objects)
     assert len(own_elements(plain)) > 500
@@ -157,8 +161,9 @@ def test_obstacles_of_the_planner_are_the_same_with_hostile_defaults() -> None:
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_no_values_of_defaults_change_added_elements(seed: int) -> None:
     effects = Effects(contact="all")
+    objects = (*every_kind(), wedge())
     plain, found = (
-        assemble(robot, bar_skin(), effects, objects=every_kind()) for robot in (bar(), hostile(bar(), seed=seed))
+        assemble(robot, bar_skin(), effects, objects=objects) for robot in (bar(), hostile(bar(), seed=seed))
     )
     assert differences(plain, found) == []
 

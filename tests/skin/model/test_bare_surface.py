@@ -132,7 +132,6 @@ def test_gaps_between_modules_are_bare():
     assert part.areas.sum() == pytest.approx(unread, rel=1e-6)
 
 
-@pytest.mark.long
 def test_parts_inside_the_link_have_no_points():
     shell = box(0.1, 0.1, 0.04)
     inside = joined(box(0.09, 0.09, 0.036), box(0.02, 0.02, 0.02), box(0.01, 0.01, 0.01, centre=(0.03, 0, 0)))

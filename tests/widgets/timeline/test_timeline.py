@@ -5,11 +5,12 @@ from __future__ import annotations
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QComboBox, QLabel, QPushButton
+from PySide6.QtWidgets import QComboBox, QLabel, QPushButton, QVBoxLayout, QWidget
 
 from tactile_widgets.common.colours import DARK, LIGHT
 from tactile_widgets.plots.timeline.scrub_bar import DamagedSpan, ScrubBar
 from tactile_widgets.plots.timeline.timeline import Timeline
+from tests.widgets.support.window_driver import activate
 
 LEFT = Qt.MouseButton.LeftButton
 NONE = Qt.KeyboardModifier.NoModifier
@@ -66,6 +67,24 @@ def test_timeline_shows_the_recorded_duration(timeline):
     assert "1:04.2" in words(timeline)
     timeline.set_live(None)
     assert timeline.isHidden()
+
+
+def test_tab_passes_over_the_timeline_while_a_recording_is_made(qtbot):
+    window = QWidget()
+    qtbot.addWidget(window)
+    column = QVBoxLayout(window)
+    timeline = Timeline(DARK)
+    before = QPushButton("before")
+    after = QPushButton("after")
+    for widget in (before, timeline, after):
+        column.addWidget(widget)
+    timeline.set_live(1.0)
+    window.show()
+    activate(window)
+    before.setFocus()
+    QTest.keyClick(before, Qt.Key.Key_Tab)
+    assert timeline.isVisible()
+    assert after.hasFocus()
 
 
 def test_timeline_shows_a_recording(replay):

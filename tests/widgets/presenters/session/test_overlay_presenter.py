@@ -9,6 +9,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QInputDialog
 
+from tactile_maps.control.controller_registry import settings_from
 from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.recording.recorder import Recorder
 from tactile_maps.session.session import Session
@@ -112,6 +113,7 @@ def test_repeated_touches_use_the_chosen_controller(window, two):
     window.live.open_recording(two[0])
     window.action("repeat_touches").trigger()
     assert window.live.run.settings.settings == wanted
+    assert settings_from(window.live.run.prepared.scene.control) == wanted
     window.live.reset()
     run(window, 0.1)
     assert window.live.runner.session.runtime_settings.settings == wanted
