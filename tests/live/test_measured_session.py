@@ -13,10 +13,10 @@ from tactile_maps.core.reading_units import ReadingUnits
 from tactile_maps.live.calibration.calibration import Calibration, ValueMode, load_calibration, save_calibration
 from tactile_maps.live.prepare import as_measured
 from tactile_maps.live.readings.arrival import Arrived
+from tactile_maps.live.readings.joint_range import MOST_TURNS
 from tactile_maps.live.readings.readings import Reading, Unit
 from tactile_maps.live.readings.wire_format import decode, encode_json
 from tactile_maps.live.session.facts import silent_text
-from tactile_maps.live.session.measured_joints import MOST_TURNS
 from tactile_maps.live.session.measured_session import MeasuredSession
 from tactile_maps.live.sources.files import read_recording
 from tactile_maps.maps.build import build_map

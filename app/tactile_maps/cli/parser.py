@@ -370,7 +370,10 @@ def _add_place(command: _Add) -> None:
     add("--link", metavar="LINK", help="link that carries them, if the file does not state it")
     _robot_options(place)
     add("--by", choices=("patch", "module"), default="patch", help="rigid groups (default patch: all taxels of a link)")
-    touches = "place by touches instead: rows of x, y, z and a column for each taxel"
+    touches = (
+        "place by touches instead: rows of x, y, z and a column for each taxel; with --robot, of another link of it: "
+        "touching_link, x, y, z in its frame, and joint:NAME"
+    )
     add("--touches", metavar="FILE.csv", help=touches)
     readings = "with --touches: file of readings; the touches are then a trajectory with time, x, y, z"
     add("--readings", metavar="FILE", help=readings)

@@ -8,10 +8,15 @@ import json
 import re
 from dataclasses import replace
 
+import mujoco
 import numpy as np
 import pytest
 from matplotlib.image import imread
+from scipy.spatial.transform import Rotation
 
+from tactile_maps.core.assets import ASSETS
+from tactile_maps.geometry.surface.pose import Pose
+from tactile_maps.robots.library import load_robot
 from tactile_maps.skin.formats.taxel_files import read_taxel_sets, write_taxels
 from tactile_maps.skin.model.taxel_set import TaxelSet
 from tactile_widgets.__main__ import main
@@ -127,6 +132,57 @@ def test_trajectory_and_readings_of_the_same_clock_correct_the_file(stated, tmp_
     assert main(words) == 0
     assert json.loads(capsys.readouterr().out)["groups"][0]["uncertainty_mm"] < 1e3 * PITCH / 5
     assert error(target) < 0.2
+
+
+def write_self_touches(path, robot, places, readings):
+    """Write touches at places (count, 3) of the right forearm, by the left arm at random postures.
+
+    The points in the frames of the touching links are those of MuJoCo's own model of the robot.
+    """
+    random = np.random.default_rng(3)
+    model = mujoco.MjModel.from_xml_string(robot.mjcf, dict(robot.assets))
+    data = mujoco.MjData(model)
+    names = [model.joint(number).name for number in range(model.njnt)]
+    header = ["time", "touching_link", "x_mm", "y_mm", "z_mm", *(f"joint:{name}" for name in names)]
+    rows = [[*header, *(str(100 + taxel) for taxel in range(99))]]
+    free = 500 + random.normal(0, 0.5, (10, 99))
+    rows += [[0.1 * number, *[""] * (len(header) - 1), *row] for number, row in enumerate(free)]
+    for number, (place, row) in enumerate(zip(places, readings, strict=True)):
+        touching = ("left_hand", "left_wrist")[number % 2]
+        data.qpos[:] = random.uniform(*model.jnt_range.T)
+        mujoco.mj_forward(model, data)
+        world = data.body("right_forearm").xmat.reshape(3, 3) @ place + data.body("right_forearm").xpos
+        point = data.body(touching).xmat.reshape(3, 3).T @ (world - data.body(touching).xpos)
+        rows.append([1 + 0.1 * number, touching, *1e3 * point, *data.qpos, *row])
+    path.write_text("\n".join(",".join(map(str, row)) for row in rows))
+
+
+def test_touches_by_another_link_of_the_robot_correct_the_file(tmp_path, capsys):
+    robot = load_robot("two_arms")
+    side = Pose(Rotation.from_euler("y", 90, degrees=True).as_matrix(), np.array([0.03, 0.0, 0.15]))
+    stated = side.points(displacement(10, 10, 2).inverse.points(TRUE))
+    write_taxels(TaxelSet("pad", "right_forearm", np.arange(99), stated, ids=100 + np.arange(99)), tmp_path / "pad.csv")
+    places, readings = touch_readings(40)
+    write_self_touches(tmp_path / "touches.csv", robot, side.points(places), readings)
+    words = ["place", str(tmp_path / "pad.csv"), "--touches", str(tmp_path / "touches.csv"), "--robot", "two_arms"]
+    assert main([*words, "-o", str(tmp_path / "placed.csv"), "--json"]) == 0
+    (group,) = json.loads(capsys.readouterr().out)["groups"]
+    (placed,) = read_taxel_sets(tmp_path / "placed.csv")
+    before, after = (np.linalg.norm(one - side.points(TRUE), axis=1).max() for one in (stated, placed.positions))
+    assert before > PITCH
+    assert after < PITCH / 5
+    assert after < 4e-3 * group["uncertainty_mm"] < 4 * PITCH / 5
+
+
+def test_guide_example_of_a_robot_that_touches_itself_prints_what_the_guide_states(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    text = (ASSETS / "guide" / "formats.md").read_text(encoding="utf8").split("**By another link of the robot.**")[1]
+    pad, touches, output = re.findall(r"^```\w+\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)[:3]
+    (tmp_path / "pad.csv").write_text(pad)
+    (tmp_path / "self_touches.csv").write_text(touches)
+    words = ["place", "pad.csv", "--touches", "self_touches.csv", "--robot", "two_arms", "-o", "placed.csv"]
+    assert main(words) == 0
+    assert capsys.readouterr().out == output
 
 
 @pytest.mark.parametrize(

@@ -59,7 +59,7 @@ def execute(arguments: argparse.Namespace) -> int:
         remedy = "Give one taxel file: positions (.txt), a table, .npz, JSON or URDF"
         raise UsageError("this file has no stated positions of taxels", value=arguments.input, remedy=remedy)
     touched = arguments.touches is not None
-    robot = None if touched else _robot(arguments, file)
+    robot = None if touched and arguments.robot is None else _robot(arguments, file)
     progress = progress_line()
     sets = list(file.sets.values())
     placed: list[_Placed] = []
@@ -69,7 +69,7 @@ def execute(arguments: argparse.Namespace) -> int:
         progress("Placing taxels", number / len(sets))
         taxels = stated if robot is None else _in_link_frame(robot, stated, arguments.link, Path(arguments.input))
         groups = _groups(taxels, arguments)
-        found = _by_touches(arguments, taxels) if touched else _by_mesh(robot, taxels, groups, arguments.seed)
+        found = _by_touches(arguments, taxels, robot) if touched else _by_mesh(robot, taxels, groups, arguments.seed)
         poses = [(rows, alignment.pose) for rows, alignment in zip(groups.values(), found, strict=True)]
         moved = _displaced(taxels, poses)
         away = np.linalg.norm(moved.positions - taxels.positions, axis=1)
@@ -135,8 +135,8 @@ def _by_mesh(robot: Robot | None, taxels: TaxelSet, groups: Mapping[str, IntArra
     ]
 
 
-def _by_touches(arguments: argparse.Namespace, taxels: TaxelSet) -> list[Alignment]:
-    log = read_touch_log(arguments.touches, taxels, readings=arguments.readings, changes=arguments.changes)
+def _by_touches(arguments: argparse.Namespace, taxels: TaxelSet, robot: Robot | None) -> list[Alignment]:
+    log = read_touch_log(arguments.touches, taxels, robot=robot, readings=arguments.readings, changes=arguments.changes)
     found = []
     for name, rows in _groups(taxels, arguments).items():
         centres, there = touch_centres(taxels.positions[rows], log.changes[:, rows], noise=log.noise[rows])

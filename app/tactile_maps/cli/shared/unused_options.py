@@ -49,7 +49,7 @@ REPLACED: Mapping[str, Mapping[str, tuple[str, ...]]] = {
         "--plugins": ("--report", "--costs", "--package-root", "--mapping"),
         "--mapping": ("--report", "--costs", "--package-root", "--home", "--json"),
     },
-    "place": {"--touches": ("--robot", "--home", "--package-root", "--seed")},
+    "place": {"--touches": ("--home", "--seed")},
     "trim": {"--episodes": ("--from", "--to")},
     "map": {
         "--grid": (*(option for option in PLACEMENT if option != "--axes"), "--surface", "--robot"),

@@ -4,6 +4,9 @@ A table has the columns ``x``, ``y``, ``z`` [m] (or ``x_mm``, ...) of the place 
 the taxels are stated, optionally ``link``, and one column for each taxel, by id (``87012``, ``l_hand:12``) or module
 and channel (``14.3``). Rows without a place are readings of the untouched skin.
 
+Where another link of the robot touches, the column ``touching_link`` names it. The place is then the point of contact
+in the frame of that link, and a column ``joint:NAME`` states the position [rad or m] of each joint between both links.
+
 A trajectory has ``time`` [s] and the place, for example of the tip of another arm, and no columns of taxels. The
 readings come from any file of readings with the same clock; those outside the trajectory are of the untouched skin.
 """
@@ -17,15 +20,21 @@ from pathlib import Path
 import numpy as np
 
 from tactile_maps.core.arrays import ArrayFields, FloatArray
-from tactile_maps.core.errors import LiveError
+from tactile_maps.core.errors import LiveError, did_you_mean
+from tactile_maps.geometry.surface.pose import Pose
 from tactile_maps.live.calibration.calibration_log import PLACE_COLUMN, TAXEL_CHANNEL, TAXEL_ID
+from tactile_maps.live.readings.joint_range import plausible_range
 from tactile_maps.live.readings.readings import Reading, SourceEndedError
 from tactile_maps.live.readings.tables import decimal_number, read_cells
 from tactile_maps.live.sources.open import SourceOptions, open_source
+from tactile_maps.robots.kinematics import Configuration
+from tactile_maps.robots.model.robot import Robot
 from tactile_maps.skin.model.taxel_set import TaxelSet
 
 _NOISE = 3.0
 """Readings count above this many standard deviations of those of the untouched skin."""
+_TOUCHING = "touching_link"
+_JOINT = "joint:"
 _GAP = 0.5
 """Largest time between two places of a trajectory between which the place is interpolated [s]."""
 
@@ -47,22 +56,34 @@ class TouchLog(ArrayFields, places=3):
 
 
 def read_touch_log(
-    path: str | Path, taxels: TaxelSet, *, readings: str | Path | None = None, changes: bool = False
+    path: str | Path,
+    taxels: TaxelSet,
+    *,
+    robot: Robot | None = None,
+    readings: str | Path | None = None,
+    changes: bool = False,
 ) -> TouchLog:
     """Read touches of one set of taxels.
 
     Args:
         path: The table of touches, or the trajectory if ``readings`` is given.
-        taxels: The taxels.
+        taxels: The taxels; with a robot, in the frame of their link.
+        robot: The robot, if links of it touch the taxels.
         readings: File of readings with the clock of the trajectory.
         changes: Whether the readings are changes from the untouched skin, so that none of it are needed.
 
     Raises:
         LiveError: A file cannot be read, a column is unknown or missing, or no reading of the untouched skin is known.
+        RobotError: The robot does not have the link of the taxels.
     """
     file = Path(path)
     (_, header), *rows = read_cells(file)
     places = _places(header, rows, file, taxels)
+    if robot is not None:
+        places = _on_touched_link(file, header, rows, places, taxels, robot)
+    elif _TOUCHING in (word.lower() for word in header):
+        remedy = "Name the robot that touches itself (--robot)"
+        raise LiveError("the place of a touching link needs a robot", file=file, place="header", remedy=remedy)
     if readings is not None:
         places, values = _along_trajectory(file, header, rows, places, Path(readings), taxels)
     else:
@@ -104,6 +125,74 @@ def _places(
         other = np.array([cells[names.index("link")] not in ("", taxels.link) for _, cells in rows])
         places[other] = np.nan
     return np.asarray(places)
+
+
+def _on_touched_link(
+    path: Path,
+    header: Sequence[str],
+    rows: Sequence[tuple[int, Sequence[str]]],
+    points: FloatArray,
+    taxels: TaxelSet,
+    robot: Robot,
+) -> FloatArray:
+    """Return the places (rows, 3) [m] on the touched link of points (rows, 3) in the frames of the touching links."""
+    names = [word.lower() for word in header]
+    if _TOUCHING not in names:
+        remedy = "Name the link of the robot that touches, or omit --robot"
+        raise LiveError("a column is missing", file=path, place="header", value=_TOUCHING, remedy=remedy)
+    joints = {word.removeprefix(_JOINT): at for at, word in enumerate(header) if word.startswith(_JOINT)}
+    configuration = Configuration(robot)
+    places = np.full_like(points, np.nan)
+    for number, (line, cells) in enumerate(rows):
+        row = dict(zip(names, cells, strict=True))
+        try:
+            _check_links(row, robot)
+            if np.isfinite(points[number]).all():
+                posture = {name: decimal_number(cells[at], path, line, header[at]) for name, at in joints.items()}
+                on_touched = _touching_pose(row[_TOUCHING], taxels.link or "", posture, robot, configuration)
+                places[number] = on_touched.points(points[number])
+        except LiveError as error:
+            raise error.at(file=path, place=error.place if error.file else f"line {line}, {error.place}") from error
+    return places
+
+
+def _check_links(row: Mapping[str, str], robot: Robot) -> None:
+    """Reject names of links that the robot does not have."""
+    for column in ("link", _TOUCHING):
+        word = row.get(column)
+        if word and word not in robot.link_index:
+            raise LiveError(
+                "unknown link", place=column, value=word, remedy=did_you_mean(word, tuple(robot.link_index))
+            )
+
+
+def _touching_pose(
+    link: str, touched: str, posture: Mapping[str, float], robot: Robot, configuration: Configuration
+) -> Pose:
+    """Return ``T_touched_link`` at a posture: positions by joint [rad or m], at least of those between both links."""
+    if not link:
+        remedy = "Name the link that touches, or leave x, y, z empty for a reading of the untouched skin"
+        raise LiveError("a place has no touching link", place=_TOUCHING, remedy=remedy)
+    before, others = (set(configuration.joints_before(one).tolist()) for one in (touched, link))
+    between = sorted(before ^ others)
+    if not between:
+        remedy = f"Touch with a link that a joint moves relative to {touched}"
+        problem = "no joint is between the touching and the touched link"
+        raise LiveError(problem, place=_TOUCHING, value=link, remedy=remedy)
+    if missing := [robot.joints[number].name for number in between if robot.joints[number].name not in posture]:
+        remedy = f"Add {_JOINT}NAME [rad or m] for each joint between {touched} and {link}"
+        raise LiveError("columns of joints are missing", place=_TOUCHING, value=", ".join(missing), remedy=remedy)
+    positions = robot.home.copy()
+    for number in between:
+        joint = robot.joints[number]
+        positions[number] = posture[joint.name]
+        low, high = plausible_range(joint)
+        if not low <= positions[number] <= high:
+            remedy = f"State {joint.lower:.4g} to {joint.upper:.4g} {'m' if joint.slide else 'rad'}"
+            problem = "the joint position is missing or out of range"
+            raise LiveError(problem, place=_JOINT + joint.name, value=positions[number], remedy=remedy)
+    configuration.update(positions)
+    return configuration.pose(touched).inverse @ configuration.pose(link)
 
 
 def _table_values(

@@ -7,17 +7,10 @@ from collections.abc import Mapping
 import numpy as np
 
 from tactile_maps.core.arrays import FloatArray
+from tactile_maps.live.readings.joint_range import JOINT_TOLERANCE, SLIDE_TOLERANCE, plausible_range
 from tactile_maps.live.session.implausible import ImplausibleValues
-from tactile_maps.robots.model.robot import Joint, Robot
+from tactile_maps.robots.model.robot import Robot
 
-JOINT_TOLERANCE = 0.1
-"""Tolerance of a position beyond the joint's limits [rad]: encoders and models differ."""
-SLIDE_TOLERANCE = 0.01
-"""The same for a slide [m]."""
-MOST_TURNS = 1e4
-"""Largest plausible position of a joint without limits [rad]."""
-LONGEST_SLIDE = 100.0
-"""Largest plausible position of a slide without limits [m]."""
 FASTEST_JOINT = 30.0
 """Largest plausible speed of a joint [rad/s], in addition to its tolerance in one step."""
 FASTEST_SLIDE = 10.0
@@ -43,7 +36,7 @@ class MeasuredJoints:
     def __init__(self, robot: Robot, implausible: ImplausibleValues) -> None:
         self._robot = robot
         self._implausible = implausible
-        self._ranges = [_plausible(joint) for joint in robot.joints]
+        self._ranges = [plausible_range(joint) for joint in robot.joints]
         self.numbers = {joint.name: number for number, joint in enumerate(robot.joints)}
         self.unknown: set[str] = set()
         self.reset()
@@ -97,9 +90,3 @@ class MeasuredJoints:
             fastest, tolerance = (FASTEST_SLIDE, SLIDE_TOLERANCE) if joint.slide else (FASTEST_JOINT, JOINT_TOLERANCE)
             if distance > fastest * step + tolerance:
                 self._implausible.report(f"joint {joint.name}: moved by {distance:.3g} in {step:.3g} s")
-
-
-def _plausible(joint: Joint) -> tuple[float, float]:
-    """Return the lowest and highest plausible position of a joint [rad or m]."""
-    tolerance, most = (SLIDE_TOLERANCE, LONGEST_SLIDE) if joint.slide else (JOINT_TOLERANCE, MOST_TURNS)
-    return max(joint.lower - tolerance, -most), min(joint.upper + tolerance, most)
