@@ -92,6 +92,13 @@ def test_pictures_come_at_their_rate(told, player, frames):
     assert [message.data for _, message in told["/events"]] == [event.words for event in player.events]
 
 
+def test_clouds_state_the_layout_of_their_points(told, player):
+    for patch in player.prepared.skin.patches:
+        _, cloud = told[f"/taxels/{patch.link}"][0]
+        assert cloud.point_step == 4 * len(cloud.fields)
+        assert len(cloud.data) == cloud.row_step == cloud.width * cloud.point_step
+
+
 def test_markers_point_at_the_contacts(told, frames):
     shown = [frame for frame in frames if frame.tick % 10 == 0]
     for (_, message), frame in zip(told["/contacts"], shown, strict=True):

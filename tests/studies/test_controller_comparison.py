@@ -191,8 +191,10 @@ HINGE = """<body name="arm" pos="0.1 0 0"><joint name="hinge" axis="0 1 0" range
   <geom type="box" size="0.05 0.05 0.05"/></body>"""
 
 
-@pytest.mark.long
-@pytest.mark.parametrize(("more", "unit", "limit"), [("", "m/s", MAX_SLIDE_SPEED), (HINGE, "% of limit", 100.0)])
+@pytest.mark.parametrize(
+    ("more", "unit", "limit"),
+    [("", "m/s", MAX_SLIDE_SPEED), pytest.param(HINGE, "% of limit", 100.0, marks=pytest.mark.long)],
+)
 def test_speeds_of_slides_have_their_own_unit_and_limit(tmp_path, more, unit, limit):
     path = tmp_path / "lift.xml"
     path.write_text(LIFT.format(more=more))

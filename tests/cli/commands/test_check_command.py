@@ -7,6 +7,7 @@ import json
 import re
 import threading
 
+import numpy as np
 import pytest
 
 from tactile_maps.cli.commands.check import Keys
@@ -60,7 +61,11 @@ def test_file_of_a_check_gives_numbers_and_a_page_that_loads_nothing(skin, tmp_p
     assert not re.search(r"<script|<link|https?://|src=", page)
     for text in ("a &lt;b&gt;.csv", "module 11", "1 dead, 2 swapped", skin, "counts", "<svg"):
         assert text in page
-    assert len(re.findall("<circle", page)) == len(SKIN)
+    circles = np.array(re.findall(r'<circle cx="([\d.]+)" cy="([\d.]+)"', page), dtype=float)
+    assert len(circles) == len(SKIN)
+    box = np.array(re.findall(r'viewBox="0 0 (\d+) (\d+)"', page)[0], dtype=float)
+    assert (circles < box).all()
+    assert 0.9 < np.ptp(circles, axis=0).max() / box.max() < 1
     assert main(words) == 1
     assert "exists" in capsys.readouterr().err
 

@@ -14,6 +14,7 @@ import pytest
 from matplotlib.image import imread
 from scipy.spatial.transform import Rotation
 
+from tactile_maps.cli.shared.residual_picture import _factor
 from tactile_maps.core.assets import ASSETS
 from tactile_maps.geometry.surface.pose import Pose
 from tactile_maps.robots.library import load_robot
@@ -100,6 +101,12 @@ def test_taxels_are_placed_on_the_mesh_with_residuals(robot, stated, tmp_path, c
     assert main(["place", str(target), "--robot", robot, "--by", "module", "--json"]) == 0
     again = json.loads(capsys.readouterr().out)
     assert [group["group"] for group in again["groups"]] == [f"bowl, module {number}" for number in range(3)]
+
+
+def test_vectors_are_drawn_with_at_most_6_percent_of_the_extent_of_the_taxels():
+    positions = np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]])
+    assert _factor(positions, np.array([0.1, 0.5])) == 10.0
+    assert _factor(positions, np.array([20.0])) == 1.0
 
 
 def test_touches_at_known_places_correct_the_file(stated, tmp_path, capsys):

@@ -15,7 +15,7 @@ from tactile_maps.robots.files.mesh_files import box_mesh
 from tactile_maps.robots.library import icub_folder, load_robot
 from tactile_maps.scene.scene_file import load_scene, scene_for_taxels
 from tactile_maps.skin.fitting.frame_match import carrying_link, match_frame
-from tactile_maps.skin.formats.icub.frames import icub_frames
+from tactile_maps.skin.formats.icub.frames import _FRAMES, icub_frames
 from tactile_maps.skin.formats.icub.positions import read_icub_positions
 from tactile_maps.skin.formats.import_skin import TaxelFile
 from tests.skin.formats.test_icub_positions import module, positions_file
@@ -176,6 +176,12 @@ def test_as_much_of_icub_carries_a_file_as_has_its_link(tmp_path, file, link, ro
     path = positions_file(tmp_path, module(), header=f"name {link}\n").rename(tmp_path / f"{file}.txt")
     assert scene_for_taxels(str(path)).robot == robot
     assert scene_for_taxels(str(tmp_path)).robot == "icub_whole"
+
+
+def test_elbow_frames_of_both_arms_have_mirrored_origins():
+    left = _FRAMES["l_upper_arm"]["elbow (DH)"].translation
+    right = _FRAMES["r_upper_arm"]["elbow (DH)"].translation
+    assert left * [1, -1, 1] == pytest.approx(right, abs=1e-9)
 
 
 def test_whole_icub_gets_a_folder_instead_of_its_cover(tmp_path):
