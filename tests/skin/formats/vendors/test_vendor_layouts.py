@@ -9,6 +9,8 @@ import pytest
 
 from tactile_maps.core.errors import SkinError
 from tactile_maps.core.file_kinds import FileKind
+from tactile_maps.scene.scene_file import load_scene
+from tactile_maps.session.prepare import load_robot_and_skin
 from tactile_maps.skin.formats.identify import kind_of
 from tactile_maps.skin.formats.taxel_files import read_taxel_sets, read_taxels
 from tactile_maps.skin.open import open_skin
@@ -148,6 +150,14 @@ def test_rapid_table_has_a_taxel_in_each_cell(tmp_path, cell, encoding):
     assert len(taxels) == 12
     np.testing.assert_allclose(taxels.positions[[0, 5]], [[-4.2e-3, -0.011, 0.0356], [-2.7e-3, -0.011, 0.0344]])
     assert [finding.kind for finding in taxels.findings] == ["vendor-layout"]
+
+
+def test_rapid_table_with_semicolons_and_empty_last_rows_is_the_skin_of_a_scene(tmp_path):
+    rows = [";".join(f"({1.5 * column - 5.2},-11.3,{36 - 1.2 * row})" for column in range(8)) for row in range(12)]
+    written(tmp_path, "tactile.csv", "\n".join([*rows, ";" * 7, ";" * 7]))
+    text = 'robot = "hand"\ntaxel_file = "tactile.csv"\n[cover]\nlinks = ["left_finger"]\n'
+    _, skin = load_robot_and_skin(load_scene(str(written(tmp_path, "scene.toml", text))))
+    assert [(patch.link, len(patch.taxels)) for patch in skin.patches] == [("left_finger", 96)]
 
 
 def test_rapid_cell_without_a_position_is_refused_with_its_place(tmp_path):

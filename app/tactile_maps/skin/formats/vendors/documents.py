@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TypeAlias
@@ -17,6 +18,8 @@ YAML = (".yaml", ".yml")
 TABLES = (".csv", ".tsv")
 MAX_COLUMNS = 1000
 _SEPARATORS = (";", "\t", ",")
+_GROUPED = re.compile(r'"[^"]*"|[(（][^)）]*[)）]')
+"""Quoted or bracketed text, whose commas do not separate cells."""
 TableRows: TypeAlias = Sequence[tuple[int, Sequence[str]]]
 """Line numbers and cells of rows."""
 
@@ -57,6 +60,8 @@ def parse_json_file(text: str) -> object:
 def table_rows(text: str) -> TableRows:
     """Return the rows of a table, all of the same length; lines that start with # are comments.
 
+    Empty rows after the last one, which spreadsheets write, are left out.
+
     Raises:
         SkinError: The table is empty, too large, or cannot be parsed; names the line.
     """
@@ -65,11 +70,13 @@ def table_rows(text: str) -> TableRows:
         for number, line in enumerate(text.splitlines(), start=1)
         if line.strip() and not line.lstrip().startswith("#")
     ]
+    while lines and not lines[-1][1].strip("".join(_SEPARATORS) + " "):
+        lines.pop()
     if not lines:
         raise SkinError("the table has no rows")
     if len(lines) > MAX_TAXELS + 1:
         raise SkinError(f"the table has more than {MAX_TAXELS} rows", value=len(lines))
-    separator = max(_SEPARATORS, key=lines[0][1].count)
+    separator = max(_SEPARATORS, key=_GROUPED.sub("", lines[0][1]).count)
     if (width := lines[0][1].count(separator) + 1) > MAX_COLUMNS:
         problem = f"the table has more than {MAX_COLUMNS} columns"
         remedy = "Keep the columns of positions, normals and ids"
