@@ -18,7 +18,7 @@ from tactile_widgets.common.colours import DARK, LIGHT
 from tactile_widgets.common.tool_kinds import SelectionMode
 from tactile_widgets.document.taxel_selection import SelectionUpdate, TaxelSelection
 from tactile_widgets.plots.live_plots import MIN_PLOT_WIDTH, LivePlots
-from tactile_widgets.plots.traces.trace_plots import TOLERANCE, TracePlot
+from tactile_widgets.plots.traces.trace_plots import AXIS_END, AXIS_START, TOLERANCE, TracePlot
 from tests.widgets.support.samples import touched
 from tests.widgets.support.snapshots import pixels
 
@@ -209,7 +209,7 @@ def test_strip_draws_limits_at_their_times_and_counts_those_that_do_not_fit(plot
     one = plots._strip.grab().toImage()
     assert not amber(empty).any()
     across = np.flatnonzero(amber(one).any(axis=0))
-    assert across[-1] - across[0] == pytest.approx(one.width() * 1.8 / 11.3, abs=6)
+    assert across[-1] - across[0] == pytest.approx(one.width() * 1.8 / (AXIS_END - AXIS_START), abs=6)
     assert across[-1] < one.width() - 5, "now is not at the very edge"
     many = tuple(Limit(kind) for kind in list(LimitKind)[:12])
     play(plots, prepared, [2.1], limits=many)

@@ -13,6 +13,7 @@ from tactile_widgets.plots.choice.plot_choice import RASTER
 from tactile_widgets.plots.live_plots import LivePlots
 from tactile_widgets.plots.traces.history import TaxelHistory
 from tactile_widgets.plots.traces.raster import columns, raster_image
+from tactile_widgets.plots.traces.trace_plots import AXIS_END, AXIS_START
 from tests.widgets.support.samples import touched
 from tests.widgets.support.window_driver import press_map, run
 
@@ -60,7 +61,8 @@ def test_row_shows_and_selects_its_taxel(plots):
     count = raster._groups
     group = int(np.searchsorted(raster._rows.starts(count), row, side="right")) - 1
     top = room.top() + room.height() * (group + 0.5) / count
-    now = raster._canvas.mapTo(raster, QPoint(round(room.left() + room.width() * 10.3 / 11.3), int(top)))
+    at = room.left() + room.width() * 10.3 / (AXIS_END - AXIS_START)
+    now = raster._canvas.mapTo(raster, QPoint(round(at), int(top)))
     taxel, age, pressure = raster.taxel_at(QPointF(now))
     assert (taxel, pressure > 0) == (10, True)
     assert -0.3 < age <= 0

@@ -8,9 +8,9 @@ import numpy as np
 import pyqtgraph as pg
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QColor
+from PySide6.QtGui import QColor, QPainter, QPicture
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QLabel, QPushButton
+from PySide6.QtWidgets import QApplication, QLabel, QPushButton
 
 from tactile_widgets.common.colours import DARK
 from tactile_widgets.common.tool_kinds import SelectionMode
@@ -255,3 +255,20 @@ def test_new_contacts_use_the_curves_of_old_ones_and_leave_the_axes(plots, prepa
     assert canvas.getPlotItem().listDataItems() == before
     assert curves(plots, 0).keys() >= {region_colour(7), region_colour(8)}
     assert not {canvas.getAxis(side) for side in ("left", "bottom")} & set(pens), "the theme is the same"
+
+
+@pytest.mark.parametrize(("height", "highest"), [(150, 0.02), (150, 0.01), (80, 0.01)])
+def test_numbers_of_a_small_range_and_now_are_shown_whole_in_a_narrow_plot(qtbot, height, highest):
+    plot = TracePlot("Error (mm)", highest, None)
+    qtbot.addWidget(plot)
+    plot.resize(150, height)
+    plot.show()
+    QApplication.processEvents()
+    picture = QPicture()
+    for side, texts in (("left", {"0", f"{highest / 2:g}", f"{highest:g}"}), ("bottom", {"−10\u202fs", "now"})):
+        axis = plot.plot.getAxis(side)
+        painter = QPainter(picture)
+        *_, labels = axis.generateDrawSpecs(painter)
+        painter.end()
+        assert texts <= {text for *_, text in labels}
+        assert all(box.right() <= axis.size().width() for box, *_ in labels)

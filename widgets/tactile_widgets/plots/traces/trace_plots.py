@@ -8,12 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from html import escape
+from math import ceil
 from typing import NamedTuple, Protocol
 
 import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QColor, QResizeEvent
+from PySide6.QtGui import QColor, QFontMetricsF, QResizeEvent
 from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
 
 from tactile_maps.contacts.detection.regions import ContactRegion
@@ -35,10 +36,15 @@ TIME_TICKS = (
 )
 """Ticks of the time axis: age [s] and text."""
 AXIS_START = -1.04 * PLOT_SECONDS
-AXIS_END = 0.09 * PLOT_SECONDS
+AXIS_END = 0.15 * PLOT_SECONDS
+"""Ends of the time axis [s]: more than the shown duration, so that the labels at the ends fit into a narrow plot."""
 _ALL_TICKS_PX = 90
 """Height of a plot below which its left axis has fewer ticks [px]."""
-"""Ends of the time axis [s]: a little more than the shown duration, so that the labels at the ends fit."""
+_ALL_TICKS_RANGE = 0.05
+"""Range of the left axis below which it has fewer ticks: more would need numbers of three decimals."""
+_LEFT_WIDTH = 34
+_LEFT_MARGIN = 10
+"""Width of the left axis, and of its tick and margins next to a number [px]."""
 
 
 class PlotSeries(NamedTuple):
@@ -113,17 +119,24 @@ class TracePlot(QWidget):
         bottom.setTicks([list(TIME_TICKS)])
         bottom.setStyle(hideOverlappingLabels=False, tickLength=3)
         left.setStyle(tickLength=3)
-        left.setWidth(34)
+        left.setWidth(_LEFT_WIDTH)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
         self._show_ticks()
 
     def _show_ticks(self) -> None:
-        """Draw three ticks only in a low plot, where the labels of more would overlap."""
-        ends = self._ends if any(self._ends) else (0.0, self._top)
-        ticks = None if self.plot.height() >= _ALL_TICKS_PX else [[(v, f"{v:.3g}") for v in (*ends, sum(ends) / 2)]]
-        self.plot.getAxis("left").setTicks(ticks)
+        """Draw three ticks only in a low plot or a small range, where the labels of more would not fit."""
+        left = self.plot.getAxis("left")
+        bottom, top = ends = self._ends if any(self._ends) else (0.0, self._top)
+        if self.plot.height() >= _ALL_TICKS_PX and top - bottom >= _ALL_TICKS_RANGE:
+            left.setTicks(None)
+            left.setWidth(_LEFT_WIDTH)
+            return
+        ticks = [(value, f"{value:.3g}") for value in (*ends, sum(ends) / 2)]
+        widest = max(QFontMetricsF(self.plot.small).horizontalAdvance(text) for _, text in ticks)
+        left.setTicks([ticks])
+        left.setWidth(max(_LEFT_WIDTH, ceil(widest) + _LEFT_MARGIN))
 
     @property
     def heading(self) -> str:
