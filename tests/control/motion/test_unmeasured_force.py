@@ -63,6 +63,12 @@ def test_force_at_the_end_of_the_bar_is_found_and_one_nearer_to_the_hinge_is_a_l
         assert found.force == pytest.approx(0.98 * 60 * x / 0.4, rel=0.02), "its lever is at most 0.4 m"
 
 
+def test_torques_whose_squares_vanish_have_a_force():
+    """A finger may begin at a speed of 1e-252 m/s."""
+    torque = force_torque(bar(), "bar", (0.4, 0, -0.02), (0, 0, 60.0))
+    assert seen(bar(), 1e-200 * torque).force == pytest.approx(1e-200 * seen(bar(), torque).force)
+
+
 def test_force_counts_as_measured_from_zero_to_the_reading():
     pressed = force_torque(bar(), "bar", (0.3, 0, 0.02), (0, 0, -20.0))
     assert seen(bar(), pressed, regions=touch(20.0)).force == 0

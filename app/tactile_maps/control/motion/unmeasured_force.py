@@ -177,11 +177,13 @@ class UnmeasuredForceMonitor:
         # Torques over the longest lever are forces, of slides and hinges alike.
         excess = excess[felt] / lever[felt]
         columns = columns[:, felt] / lever[felt]
+        unit = largest(excess)  # the squares of the smallest numbers are 0
+        excess = excess / unit
         forces = np.maximum(columns @ excess, 0.0) / np.maximum((columns**2).sum(axis=1), 1e-12)
         errors = np.linalg.norm(excess - columns * forces[:, None], axis=1) / np.linalg.norm(excess)
         explains = np.flatnonzero(errors <= max(FIT_TOLERANCE, 1.2 * float(errors.min())))
         least = int(explains[forces[explains].argmin()])
-        return UnmeasuredForce(self._surface.links[self._surface.link_of[least]], float(forces[least]))
+        return UnmeasuredForce(self._surface.links[self._surface.link_of[least]], float(unit * forces[least]))
 
     def _lasting(self, found: UnmeasuredForce, dt: float, duration: float) -> UnmeasuredForce:
         """Return the force that lasted for ``duration`` [s]: its least values, extrapolated where they rise.
