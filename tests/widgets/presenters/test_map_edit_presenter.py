@@ -365,7 +365,7 @@ def test_overlapping_patches_are_named_and_repack_is_offered(window):
     assert names[0] in text
     assert names[1] in text
     assert names[2] not in text
-    assert f"({names[0]}, {names[1]})" in window.map_view.picture.legend.lines[0]
+    assert f"({names[0]}, {names[1]})" in window.map_view.picture.legend.flaws[0]
     (button,) = [
         button
         for button in window.notification_bar.findChildren(QToolButton)
