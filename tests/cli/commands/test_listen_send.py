@@ -214,7 +214,7 @@ RECEIVED_HERE = "the readings are received at this address"
         *(
             (source, f"--controller hybrid --send udp://127.0.0.1:9{token}", problem)
             for token, problem in (("", "Set a token, for example "), (" --token short", "at least 8 characters"))
-            for source in ("udp:", "udp://127.0.0.1:0", "zmq://127.0.0.1:9870")
+            for source in ("udp:", "zmq://127.0.0.1:9870", "udp://127.0.0.1:0")
         ),
         *(
             ("udp:", f"--token {TOKEN} --send {to}", to)
