@@ -1,8 +1,8 @@
 """Common setup of all tests: no display, one thread for linear algebra, and the choice of cases that run by default.
 
-The tests of the default run take about 700 CPU seconds, and their collection 35 more in each process. Those above 0.3 s
-were chosen so that the listed mutations and, with few exceptions, all lines that any test executes stay covered; other
-slow tests are marked ``long``.
+The tests of the default run take about 940 CPU seconds on two cores, and their collection 35 more in each process.
+Those above 0.3 s were chosen so that the listed mutations and, with few exceptions, all lines that any test executes
+stay covered; other slow tests are marked ``long``.
 
     sh tests/run.sh          # the default: about ten minutes on two cores
     sh tests/run.sh --all    # everything: every case, more examples, the benchmarks once each, a real mouse
