@@ -81,7 +81,7 @@ def test_file_of_any_touches_is_the_default_of_a_file(skin, tmp_path, capsys):
 def test_end_of_the_source_before_all_parts_is_a_warning_and_before_the_rest_an_error(skin, tmp_path, capsys):
     source = written(tmp_path / "short.csv", PARTS[:2])
     assert main(["check", source, "--skin", skin, "--order", "asked"]) == 0
-    assert "the readings ended before 2 of 4 parts were asked for" in capsys.readouterr().err
+    assert "the readings ended before 2 of 4 parts had their turn" in capsys.readouterr().err
     assert main(["check", source, "--skin", skin, "--rest", "100"]) == 1
     assert "the readings ended before the skin at rest was measured" in capsys.readouterr().err
 

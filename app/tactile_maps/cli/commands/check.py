@@ -222,7 +222,7 @@ def _warnings(check: SkinCheck, session: MeasuredSession, *, reached: bool) -> l
     found = []
     left = sum(result.outcome is Outcome.OPEN for result in check.results)
     if check.settings.ordered and left and not reached:
-        found.append(f"the readings ended before {left} of {len(check.parts)} parts were asked for")
+        found.append(f"the readings ended before {left} of {len(check.parts)} parts had their turn")
     if facts.unknown:
         found.append(f"{facts.unknown_values} values of taxels that the skin does not have")
     if facts.ambiguous:

@@ -88,7 +88,7 @@ class KnownWeights:
             self._readings.restore(self._undo.pop())
 
     def apply_negative_gain(self) -> None:
-        """Use the negative gains of a weight under which the readings fell; does nothing if there is none."""
+        """Use the negative gains of a weight under which the readings fell; does nothing without one."""
         if self._negative is None:
             return
         calibration, factor = self._negative

@@ -235,7 +235,7 @@ def taxel_sets(
         _of_skin(taxels) if isinstance(taxels, Skin) else (taxels,) if isinstance(taxels, TaxelSet) else tuple(taxels)
     )
     if not sets:
-        raise SkinError("there are no taxels to write")
+        raise SkinError("no taxels to write")
     if points is None:
         return sets
     if len(points) != sum(map(len, sets)):
