@@ -27,9 +27,10 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from tactile_maps.maps.pressure_colours import OFF_SKIN
+from tactile_maps.maps.pressure_colours import rounded_scale
 from tactile_maps.recording.encoding.annotations import Annotations, Outcome
 from tactile_maps.recording.overview.summary import RecordingSummary
+from tactile_widgets.common.colours import PressureScale
 from tactile_widgets.common.make import push_button
 from tactile_widgets.plots.timeline.playhead import clock_text
 
@@ -261,11 +262,16 @@ def _episodes_text(annotations: Annotations) -> str:
     return ", ".join(f"{label} ×{count}" if count > 1 else label for label, count in counts.items())
 
 
-def _icon(picture: NDArray[np.uint8]) -> QIcon:
-    """Return a picture of a map, transparent next to the skin, so that it fits either theme."""
-    rows, columns, _ = picture.shape
-    skin = (picture != OFF_SKIN).any(axis=2, keepdims=True)
-    data = np.concatenate([picture, np.where(skin, 255, 0).astype(np.uint8)], axis=2)
+def _icon(picture: NDArray[np.float32]) -> QIcon:
+    """Return a tactile image [kPa] in the colours of the map view, transparent where it is NaN.
+
+    The full scale is the least round number that is not below the highest pressure.
+    """
+    rows, columns = picture.shape
+    skin = np.isfinite(picture)
+    scale = PressureScale(rounded_scale(float(np.nanmax(picture, initial=0.0))))
+    colours = scale.rgb(np.where(skin, picture, 0.0).ravel()).reshape(rows, columns, 3)
+    data = np.concatenate([colours, np.where(skin, 255, 0).astype(np.uint8)[..., None]], axis=2)
     image = QImage(data.tobytes(), columns, rows, 4 * columns, QImage.Format.Format_RGBA8888).copy()
     whole = Qt.AspectRatioMode.KeepAspectRatio
     return QIcon(QPixmap.fromImage(image.scaled(_PICTURE * 2, whole, Qt.TransformationMode.SmoothTransformation)))

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from tactile_maps.core.errors import RecordingError, TactileMapsError
 from tactile_maps.maps.model.tactile_image import TactileImage
-from tactile_maps.maps.pressure_colours import colour_image, rounded_scale
 from tactile_maps.recording.encoding.annotations import Annotations, annotations_in, load_annotations
 from tactile_maps.recording.encoding.frame_codec import decode_frame
 from tactile_maps.recording.file import mcap_file
@@ -37,7 +36,8 @@ class RecordingSummary:
         scene: Name of the scene for display.
         taxels: Number of taxels.
         annotations: Annotations, except marks that were set while recording.
-        picture: (h, w, 3) uint8, the tactile image at the strongest touch among the read frames; None if there is none.
+        picture: (h, w) float32, the tactile image [kPa] at the strongest touch among the read frames, NaN off the skin
+            and where a taxel has no reading; None if the recording cannot be read.
         problem: Description of the problem; empty if there is none.
     """
 
@@ -49,7 +49,7 @@ class RecordingSummary:
     scene: str = ""
     taxels: int = 0
     annotations: Annotations = field(default_factory=Annotations)
-    picture: NDArray[np.uint8] | None = None
+    picture: NDArray[np.float32] | None = None
     problem: str = ""
 
 
@@ -121,8 +121,7 @@ def _frame_data(contents: mcap_file.RecordingContents, chunk: int) -> list[bytes
     return [message.data for topic, message in contents.messages(chunk) or () if topic == "/frame"]
 
 
-def _picture(frames: list[Frame], prepared: PreparedScene) -> NDArray[np.uint8]:
+def _picture(frames: list[Frame], prepared: PreparedScene) -> NDArray[np.float32]:
     strongest = max(frames, key=lambda frame: float(np.nanmax(frame.pressures, initial=0.0)))
-    scale = rounded_scale(1e-3 * float(np.nanmax(strongest.pressures, initial=0.0)))
     image = TactileImage(prepared.map, width=THUMBNAIL_WIDTH)
-    return np.ascontiguousarray(colour_image(image, strongest.pressures, scale))
+    return np.where(image.shown, image.render(strongest.pressures), np.nan).astype(np.float32)

@@ -272,13 +272,25 @@ def test_columns_of_shear_appear_while_frames_have_shear(panel, prepared):
         QApplication.processEvents()
         assert panel.minimumSizeHint().width() <= 292
         name = panel._rows[0]._cells[1]
-        assert name.fontMetrics().horizontalAdvance(name.text()) <= name.width()
-        assert len(name.text()) >= len("lef…nk"), "a name is shortened, never to its first letter"
+        assert name.fontMetrics().horizontalAdvance(name.shown) <= name.width()
+        assert len(name.shown) >= len("lef…nk"), "a name is shortened, never to its first letter"
     panel.show_frame(frame)
     assert not {"shear", "friction", "5.00"} & set(texts())
     assert "Net shear is unobservable" in texts()
     QApplication.processEvents()
     assert panel.minimumSizeHint().width() == narrow
+
+
+def test_name_of_a_link_is_shown_whole_once_the_panel_is_wide_enough(panel, prepared):
+    frame = touched(prepared.map, (30,))
+    region = replace(frame.regions[0], link="left_forearm_link_of_the_second_robot")
+    panel.show_frame(replace(frame, regions=(region,)))
+    QApplication.processEvents()
+    name = panel._rows[0]._cells[1]
+    assert "…" in name.shown
+    panel.setFixedWidth(600)  # no frame follows: the session is paused
+    QApplication.processEvents()
+    assert name.shown == region.link
 
 
 def test_a_replay_cannot_be_read_otherwise(panel):

@@ -8,7 +8,6 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QInputDialog, QMessageBox, QPushButton
 
-from tactile_maps.maps.pressure_colours import OFF_SKIN
 from tactile_maps.recording.encoding.annotations import (
     Annotations,
     LabelledEpisode,
@@ -20,6 +19,7 @@ from tactile_maps.recording.overview.summary import RecordingSummary
 from tactile_maps.recording.player import RecordingPlayer
 from tactile_maps.recording.recorder import Recorder
 from tactile_maps.session.session import Session
+from tactile_widgets.common.colours import PressureScale
 from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.dialogs.recordings_dialog import RecordingsDialog
 from tactile_widgets.jobs.executor import ProcessExecutor
@@ -186,14 +186,19 @@ def test_list_shows_labels_of_episodes_and_large_pictures(qtbot, tmp_path):
     path = tmp_path / "three.mcap"
     dialog.show_folder(tmp_path, [path], 0)
     episodes = tuple(LabelledEpisode(10 * k, 10 * k + 9, label) for k, label in enumerate(("grasp", "lift", "grasp")))
-    picture = np.zeros((88, 144, 3), np.uint8)
-    picture[:, :72] = OFF_SKIN
+    picture = np.zeros((88, 144), np.float32)
+    picture[:, :72] = np.nan
+    picture[:, 120:] = 5.0
     dialog.show_summary(
         RecordingSummary(path, 100, 0.0, 1.0, "arm", "Arm", 3, Annotations(label="demo", episodes=episodes), picture)
     )
     assert text(dialog, "three.mcap", "Label") == "demo\ngrasp ×2, lift"
     assert dialog.table.iconSize().width() >= 128
     shown = dialog.table.item(0, 0).icon().pixmap(dialog.table.iconSize()).toImage()
-    alphas = [shown.pixelColor(round(share * shown.width()), shown.height() // 2).alpha() for share in (0.25, 0.75)]
-    assert alphas == [0, 255], "the background of the theme shows next to the skin"
+    off, untouched, pressed = (
+        shown.pixelColor(round(share * shown.width()), shown.height() // 2) for share in (0.25, 0.6, 0.95)
+    )
+    assert off.alpha() == 0, "the background of the theme shows next to the skin"
+    colours = PressureScale(5.0).table
+    assert [one.getRgb() for one in (untouched, pressed)] == [(*colours[level], 255) for level in (0, 255)]
     assert dialog.table.rowHeight(0) >= dialog.table.iconSize().height()

@@ -32,7 +32,7 @@ from tactile_maps.tactile.mechanics.contact_notes import (
     lacking_shares,
 )
 from tactile_maps.tactile.sensors.sensor_effects import ALIVE
-from tactile_widgets.common.make import add_items, column_layout, make, show_text, value_label
+from tactile_widgets.common.make import ElidedLabel, add_items, column_layout, make, show_text, value_label
 from tactile_widgets.common.panel import FlatComboBox, Panel
 from tactile_widgets.document.taxel_selection import TaxelSelection, region_colour
 from tactile_widgets.overlays.taxel_faults import TaxelFaults
@@ -363,7 +363,9 @@ class ContactRow:
             checkable=True,
             styleSheet=_ROW_STYLE,
         )
-        self._cells = [value_label("", parent, right=column > 1) for column in range(_COLUMNS)]
+        self._link = ElidedLabel(f"contact-link-{row}", parent, elided=Qt.TextElideMode.ElideMiddle)
+        numbers = [value_label("", parent, right=True) for _ in range(2, _COLUMNS)]
+        self._cells = [value_label("", parent), self._link, *numbers]
         for place, cell in enumerate(self._cells):
             cell.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
             cell.setFixedHeight(cell.fontMetrics().height() + 2)
@@ -371,8 +373,8 @@ class ContactRow:
         self.button.setFixedHeight(self._cells[0].height())
         for cell in self._cells[2:]:
             cell.setMinimumWidth(40)
-        self._cells[1].setMinimumWidth(_NAME_PX)  # it takes the room that is left, whatever its text
-        self._cells[1].setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
+        self._link.setMinimumWidth(_NAME_PX)  # it takes the room that is left, whatever its text
+        self._link.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
         grid.addWidget(self.button, row, 0, 1, _COLUMNS)
         self.show_shear(shown=False)
 
@@ -404,13 +406,10 @@ class ContactRow:
         texts = [""] * _COLUMNS
         name = "No contact"
         if region is not None:
-            cell = self._cells[1]
-            room = cell.width() if cell.isVisible() else _NAME_PX
-            link = cell.fontMetrics().elidedText(region.link, Qt.TextElideMode.ElideMiddle, room)
             mark = "○" if controlled is False else "●"
             texts = [
                 f'<span style="color:{region_colour(region.id)}">{mark}</span>',
-                link,
+                region.link,
                 "" if units.force is None else f"{region.force:.2f}",
                 *_last_cells(region, shear=self._shear),
             ]
@@ -680,7 +679,6 @@ class ContactsPanel(Panel):
         self._show_heads()
         for row in self._rows:
             row.show_shear(shown=shown)
-        self.column.activate()  # names are shortened to the width that is left
 
     def _use_units(self, units: ReadingUnits, *, measured: bool = False) -> None:
         self._units = units
