@@ -16,7 +16,7 @@ from tactile_maps.cli.shared.output import plain_text, print_fields
         (float("nan"), "nan"),
         (12, "12"),
         (123456, "123456"),
-        ("as it is", "as it is"),
+        ("some text", "some text"),
         (["a", 0.1 + 0.2], "a, 0.3"),
         ({"angle": {"median": 1.0000000001, "max": 2.0}, "faces": 3}, "angle median 1, max 2, faces 3"),
     ],
@@ -25,6 +25,6 @@ def test_numbers_have_four_digits_and_groups_commas(value, text):
     assert plain_text(value) == text
 
 
-def test_facts_stand_in_two_columns(capsys):
+def test_fields_are_printed_in_two_columns(capsys):
     print_fields({"Seconds": 0.3400000000000034, "On": "arm"})
     assert capsys.readouterr().out == "Seconds  0.34\nOn       arm\n"

@@ -1,4 +1,4 @@
-"""Pages of commands: what was told is on them, and nothing else is needed to show them."""
+"""HTML pages of commands: they contain the printed results and are self-contained."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ from tactile_widgets.__main__ import main
 
 @pytest.fixture
 def elsewhere(tmp_path):
-    """A robot whose mesh lies beside its folder, and a scene with it."""
+    """A robot whose mesh is outside its folder, and a scene with it."""
     (tmp_path / "robot").mkdir()
     (tmp_path / "shared").mkdir()
     trimesh.creation.icosphere(2, radius=0.05).export(tmp_path / "shared" / "ball.stl")

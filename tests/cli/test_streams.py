@@ -40,7 +40,7 @@ resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))
 from tactile_widgets.__main__ import main
 sys.exit(main(sys.argv[1:]))
 """
-"""A limit on the size of files stands in for a full disk."""
+"""A limit on the file size that simulates a full disk."""
 
 
 def run_words(words, redirect="", *, env=(), unbuffered=False) -> tuple[int, str, str]:

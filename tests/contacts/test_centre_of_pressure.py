@@ -1,4 +1,4 @@
-"""Where a centre of pressure lies, how well it is known, and the ellipse about it."""
+"""Position, uncertainty and ellipse of the centre of pressure."""
 
 from __future__ import annotations
 
@@ -54,8 +54,8 @@ def test_a_map_point_is_put_on_the_body_by_its_containing_triangle():
         assert place.link_position == pytest.approx(SKIN.position(at), abs=1e-9)
 
 
-def test_a_walk_that_meets_a_border_is_no_end():
-    """From the farthest triangle of the patch, whose straight way may leave the map."""
+def test_walk_that_meets_a_border_does_not_end_there():
+    """The walk starts at the farthest triangle of the patch, from which the straight line may leave the map."""
     placer = BackProjector(MAP, taxel_positions(SKIN))
     for taxel in range(0, len(SKIN), 17):
         patch = int(SKIN.patch_of[taxel])

@@ -32,10 +32,10 @@ def map_of(pitch: float) -> TactileMap:
 
 
 class Fingers:
-    """A few fingers that come together in the middle of a skin, and part.
+    """A few fingers that meet in the middle of a skin and separate.
 
-    ``straight``: each crosses at its own speed. ``pause``: they stop where they meet, then go on. ``back``: they stop,
-    then go back.
+    ``straight``: each crosses at its own speed. ``pause``: they stop where they meet, then continue. ``back``: they
+    stop, then return.
     """
 
     def __init__(self, kind: str, seed: int, *, ratio: float, count: int) -> None:
@@ -96,7 +96,7 @@ class Fingers:
 
 
 def right(kind: str, runs: int, *, ratio: float, count: int = 2, noise: float = 0.0) -> tuple[int, int]:
-    """How many runs are right, of how many with a merge."""
+    """Return the number of correct runs and the number of runs with a merge."""
     found = [Fingers(kind, seed, ratio=ratio, count=count).same_ids_after(noise=noise) for seed in range(runs)]
     counted = [one for one in found if one is not None]
     assert len(counted) > 0.4 * runs

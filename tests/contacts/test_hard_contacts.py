@@ -130,7 +130,7 @@ def test_one_finger_is_one_contact_all_the_way(name):
 
 @pytest.mark.long
 def test_the_seam_is_crossed():
-    """The contact is torn on the map while it lies on the seam, and only then."""
+    """The contact is torn on the map while it is on the seam, and only then."""
     torn = [frame.regions[0].torn for frame in stroked("on a seam", "water-fill").frames if frame.regions]
     assert any(torn)
     assert not torn[0]
@@ -164,7 +164,7 @@ def test_two_contacts_that_merge_become_one_of_the_two():
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("name", PLACES)
 def test_a_probe_is_felt_as_hard_as_its_spring_pushes(name, model):
-    """At rest the contact carries what the motors push with, by Hooke's law, whatever lies under it."""
+    """The contact at rest carries the force of the motors, by Hooke's law, on every kind of skin."""
     run = probed(name, model)
     check_numbers(run)
     assert run.failure is None

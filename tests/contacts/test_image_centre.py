@@ -24,7 +24,7 @@ TAXEL = 150
 
 @pytest.fixture(scope="module")
 def pressures():
-    """One touch well inside a patch, on a taxel and, less, on those around."""
+    """Pressures of a touch well inside a patch: highest at one taxel, lower at its neighbours."""
     found = np.zeros(len(MAP.skin))
     pairs = MAP.skin.neighbours
     around = np.setdiff1d(pairs[(pairs == TAXEL).any(axis=1)], TAXEL)

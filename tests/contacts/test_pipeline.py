@@ -1,4 +1,4 @@
-"""How contacts are read, and the sense of touch as a whole."""
+"""Contact detection, and the whole pipeline from readings to contacts."""
 
 from __future__ import annotations
 

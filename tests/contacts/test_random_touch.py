@@ -310,7 +310,7 @@ def test_any_switches_give_frames_that_mean_something_and_repeat_bit_for_bit(scr
 @given(script=switches, press=st.integers(0, 3))
 @examples(12)
 def test_switching_effects_moves_nothing_by_itself(script, press):
-    """Where the robot is when an effect is switched is where it goes on: within what a tick moves it."""
+    """The robot continues from its posture at the switch, within the motion of one tick."""
     session, _ = play_toggles(script[:-1] or script, press=press)
     session.submit(PokeReleased(1))
     before = session.tick()

@@ -13,7 +13,7 @@ DOWN = np.array([0.0, 0.0, -1.0])
 
 
 def pose(link: str) -> Pose:
-    """The hand lies 1 m along x in the world."""
+    """Return the pose of a link; the hand is at x = 1 m in the world."""
     return Pose(np.eye(3), np.array([1.0, 0, 0]) if link == "hand" else np.zeros(3))
 
 
@@ -60,7 +60,7 @@ def test_a_pair_stays_one_while_something_else_presses_one_side():
     assert partners(pair(), touch=touch) == [2, 1]
     assert partners(pair(force=1.5), touch=touch) == [2, 1]
     assert partners(pair(force=5.0), touch=touch) == [None, None]
-    assert partners(pair(force=1.5), touch=touch) == [None, None], "once parted, it must be found anew"
+    assert partners(pair(force=1.5), touch=touch) == [None, None], "a pair that separated must be matched again"
 
 
 def test_a_pair_that_let_go_is_forgotten():

@@ -90,7 +90,7 @@ def test_one_noisy_taxel_does_not_hide_a_contact_of_its_neighbours():
 
 
 def test_one_underestimated_taxel_is_no_contact_together_with_a_quiet_one():
-    """With the sum's degrees of freedom alone, a large reading would count if its neighbour reads a little."""
+    """The degrees of freedom of the sum alone would accept a large reading next to a small one."""
     noise = TaxelNoise(np.full(2, 1.0), np.full(2, 5.0))
     areas = np.ones(2)
     taxels = np.arange(2)
@@ -116,7 +116,7 @@ def test_several_taxels_above_their_thresholds_are_a_contact_although_each_alone
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("decades", [0, 2])
 def test_rate_of_false_contacts_holds_for_noise_that_is_not_normal(kind, readings, decades):
-    """On average over tares from 20 readings on; below that, a single tare may underestimate a heavy tail."""
+    """The average over tares is tested, from 20 readings; with fewer, a single tare may underestimate a heavy tail."""
     draw, exceeds = KINDS[kind]
     rates = []
     for seed in range(4):

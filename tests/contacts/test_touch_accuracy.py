@@ -103,7 +103,7 @@ def session_at(rate: float) -> Session:
 
 
 def place(x: float, y: float) -> SurfacePoint:
-    """On the bar's top."""
+    """Return a point on the top of the bar."""
     faces, weights, _ = ClosestPoint(gappy().skin.patches[0].surface).query(np.array([[x, y, 0.02]]))
     a, b, c = weights[0].tolist()
     return SurfacePoint(0, int(faces[0]), (a, b, c))

@@ -69,7 +69,7 @@ def test_a_narrow_one_may_cross_a_gap():
     assert lost(LONE).find(nearby, 1.0 + 0.9 * GAP) == 7
     assert lost(LONE).find(nearby, 1.0 + GAP) is None
     assert lost(LONE).may_return(1.0 + 0.9 * GAP)
-    assert not lost(LONE, gaps=False).may_return(1.0 + DWELL), "there is none to cross"
+    assert not lost(LONE, gaps=False).may_return(1.0 + DWELL), "the skin has no gap"
 
 
 def test_in_the_same_place_it_is_another_tap():

@@ -15,13 +15,13 @@ TO_MAP = np.array([[2.0, 0.0, 0.0], [0.5, 1.0, 0.0]])
 
 
 def touch(force, *, x=0.3, id_=1, normal=(0, 0, 1)):
-    """One contact on the centre line of the bar's top."""
+    """Return a contact on the centre line of the bar's top."""
     at = SurfacePoint(0, 0, (1.0, 0.0, 0.0))
     return (region(force, at, np.array([x, 0, 0.02]), np.zeros(2), id_=id_, normal=normal),)
 
 
 def touch_on(map_: TactileMap, taxel, force, *, id_=1):
-    """One contact at a taxel of a map."""
+    """Return a contact at a taxel of a map."""
     skin = map_.skin
     at = skin.taxel_point(taxel)
     return region(force, at, skin.position(at), map_.to_map(at), id_=id_, normal=skin.normal(at), link=skin.link(at))

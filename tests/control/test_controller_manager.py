@@ -131,7 +131,7 @@ def test_map_can_be_replaced():
 @pytest.mark.sampled(4)
 @pytest.mark.parametrize("controller", READING)
 def test_unreadable_skin_holds_controllers_that_read_contacts(controller):
-    """Without this the arm would search for the contact that seems lost, and press."""
+    """A controller that is not held would search for the contact that seems lost, and press."""
     bench = Bench(controller)
     before = bench.step(2.0, ticks=20).posture
     for _ in range(50):

@@ -328,7 +328,7 @@ OTHER = {
     "max_shear": 0.2,
 }
 SHEAR = ("shear_goal", "shear_direction", "shear_threshold", "max_shear")
-"""Those that need taxels with three axes."""
+"""Controllers that require taxels with three axes."""
 
 
 def commands(settings: ControlSettings, *, sheared: bool) -> np.ndarray:

@@ -233,7 +233,7 @@ def test_gain_is_raised_where_joints_are_much_softer_than_the_contact(controller
 
 
 def test_integral_is_slow_enough_for_the_proportional_part():
-    """Of  s^2 + r s + r / T  the damping ratio is 0.7 at  T = 2 / r;  with less a soft hand oscillates."""
+    """The damping ratio of s^2 + r s + r / T is 0.7 at T = 2 / r; a smaller T makes a soft hand oscillate."""
     low = {"force_gain": 0.001, "integral_time": 0.3}
     slowest = Bench(**low).press(6e4).taken.integral_time
     assert slowest == pytest.approx(2 / SOFT_RATE, rel=0.05)

@@ -85,7 +85,7 @@ def test_object_between_two_contacts_needs_its_load_over_both_frictions(first, s
     assert raised((held[0], rough), robot=bar())[0] == pytest.approx(max(3.0, abs(first + second) / 1.6))
 
 
-@pytest.mark.parametrize("way", [{"aside": 0.03}, {"apart": -0.03}], ids=["beside each other", "back to back"])
+@pytest.mark.parametrize("way", [{"aside": 0.03}, {"apart": -0.03}], ids=["side by side", "back to back"])
 def test_contacts_that_do_not_oppose_each_other_bear_their_own_forces(way):
     assert raised(between(7.0, -3.0, **way), robot=bar())[0] == pytest.approx(7.0 / 0.4)
 

@@ -1,4 +1,4 @@
-"""Another layout of the same skin: read, refused, taken over whole, or pinned as it is drawn."""
+"""Import of another layout of the same skin: rejected, copied in full, or followed by pins."""
 
 from __future__ import annotations
 
@@ -242,7 +242,7 @@ def test_a_drawing_of_nothing_is_rejected(document):
             act(document, nowhere)
 
 
-def test_sets_without_places_do_not_matter_beside_those_with_some(document):
+def test_sets_without_places_are_ignored_if_others_have_places(document):
     (taxels, *_) = taxel_sets(document.skin, points=document.map.taxel_points)
     bare = TaxelSet("bare", taxels.link, taxels.numbers, taxels.positions)
     assert len(drawing_from_taxels([bare, taxels], document.skin).points) == len(taxels)

@@ -72,8 +72,8 @@ def first_map():
     return build_map(skin_of(frustum(around=12, along=5), sheet(6, 5), frustum(top=0.02, around=10, along=4), taxels=8))
 
 
-class RestlessHand(RuleBasedStateMachine):
-    """Edits of a small map in any order, beside a plain list of the documents that undo must come back to."""
+class RandomEdits(RuleBasedStateMachine):
+    """Random edits of a small map, compared with a plain list of the documents that undo must restore."""
 
     @initialize()
     def open(self):
@@ -299,8 +299,8 @@ class RestlessHand(RuleBasedStateMachine):
             assert self.file.unsaved(self.present) == (self.present is not self.on_disk)
 
 
-RestlessHand.TestCase.settings = examples(20, stateful_step_count=40)
-test_a_restless_hand = RestlessHand.TestCase
+RandomEdits.TestCase.settings = examples(20, stateful_step_count=40)
+test_random_edits = RandomEdits.TestCase
 
 
 SURFACES = (

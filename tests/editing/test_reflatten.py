@@ -1,4 +1,4 @@
-"""Edits that are computed elsewhere: what is asked for comes back, and what comes too late is recognised."""
+"""Edits computed in a worker: the requested result is returned, and a late result is recognised."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One short recording with hardware ids, and one of it that lost frames."""
+"""A short recording with hardware ids, and a copy of it that lost frames."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One format a file; whatever goes wrong leaves nothing behind, and says what to do."""
+"""Every export format has a module; a failed export leaves no files and states the remedy."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ HERE = [name for name in FORMATS if name != "rerun"]
 
 
 class CancelledError(Exception):
-    """By a person."""
+    """Cancelled by the user."""
 
 
 @pytest.mark.long

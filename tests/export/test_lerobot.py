@@ -31,8 +31,8 @@ def test_rows_are_the_frames_in_single_precision(folder, frames):
         ("observation.state", lambda frame: frame.posture),
         ("action", lambda frame: frame.command.posture),
     ):
-        wanted = np.array([part(frame) for frame in frames], dtype=np.float32)
-        np.testing.assert_array_equal(np.array(rows[key], dtype=np.float32), wanted)
+        expected = np.array([part(frame) for frame in frames], dtype=np.float32)
+        np.testing.assert_array_equal(np.array(rows[key], dtype=np.float32), expected)
     assert rows["index"] == rows["frame_index"] == list(range(len(frames)))
     np.testing.assert_allclose(rows["timestamp"], np.arange(len(frames)) / 200, atol=1e-6)
 
@@ -179,7 +179,7 @@ def test_places_of_taxels_are_points_of_position_and_normal_in_the_frames_of_the
 
 
 def test_lower_rate_keeps_all_readings_since_the_previous_row_as_a_window(player, frames, tmp_path):
-    """At 200 ticks and 50 rows per second, the first row has one reading and all others four."""
+    """The first row has one reading and all others four, at 200 ticks and 50 rows per second."""
     export_recording(player, tmp_path / "set", to="lerobot", options=ExportOptions(fps=50))
     info = json.loads((tmp_path / "set/meta/info.json").read_text())
     table = parquet.read_table(tmp_path / "set/data/chunk-000/file-000.parquet")

@@ -1,4 +1,4 @@
-"""A viewer that connects is told the topics and gets the messages that a recording holds; nobody else can connect."""
+"""A viewer receives the topics and the messages of a recording; connections from elsewhere are rejected."""
 
 from __future__ import annotations
 
@@ -62,13 +62,14 @@ class Viewer:
         return first & 15, self._exactly(length)
 
     def subscribe(self, count):
-        """To all ``count`` topics, once they are told."""
+        """Subscribe to all topics after ``count`` of them were advertised."""
         while len(self.topics) < count:
             kind, content = self.read()
-            told = json.loads(content) if kind == 1 else {}
-            self.topics |= {one["id"]: one for one in told.get("channels", [])} if told.get("op") == "advertise" else {}
-        wanted = [{"id": number, "channelId": number} for number in self.topics]
-        self._send(json.dumps({"op": "subscribe", "subscriptions": wanted}).encode())
+            received = json.loads(content) if kind == 1 else {}
+            if received.get("op") == "advertise":
+                self.topics |= {one["id"]: one for one in received.get("channels", [])}
+        subscriptions = [{"id": number, "channelId": number} for number in self.topics]
+        self._send(json.dumps({"op": "subscribe", "subscriptions": subscriptions}).encode())
 
     def _send(self, data):
         mask = os.urandom(4)
@@ -102,7 +103,7 @@ def viewer(server):
     viewer.close()
 
 
-def test_a_viewer_gets_every_topic_also_those_told_once(server, viewer):
+def test_viewer_receives_every_topic_also_those_published_once(server, viewer):
     prepared = small_arm()
     session = Session(prepared)
     session.submit(PokePressed(1, prepared.skin.taxel_point(30)))
@@ -134,7 +135,7 @@ def test_a_taken_port_is_named_with_a_remedy(server):
         LiveServer(small_arm(), port=port)
 
 
-def test_after_closing_nobody_answers():
+def test_closed_server_does_not_respond():
     alone = "127.93.7.5"  # of this computer too; on the usual one another test may be given the port that is free now
     server = LiveServer(small_arm(), host=alone, port=0)
     port = int(server.address.rpartition(":")[2])

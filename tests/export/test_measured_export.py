@@ -22,7 +22,7 @@ from tactile_maps.tactile.press import press_skin
 from tests.support.touch import bar_skin, prepared_bar
 
 TIMES = (70.0, 70.02, 70.041, 70.06, 70.08, 75.0, 75.02)
-"""By the sender's clock: about 50 a second, and a silence."""
+"""Times of the sender's clock [s]: about 50 readings per second, and a gap."""
 SKIN = bar_skin()
 PRESSED = np.rint(20 + 0.01 * press_skin(SKIN, SKIN.taxel_point(30), force=3.0))
 

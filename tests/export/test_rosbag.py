@@ -30,7 +30,7 @@ def bag(player, tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def told(bag):
+def by_topic(bag):
     return messages(bag)
 
 
@@ -56,7 +56,7 @@ def test_files_have_their_final_names(bag, path):
     assert [file["path"] for file in metadata["files"]] == [f"{path.stem}.mcap"]
 
 
-def test_labels_are_kept_for_those_who_subscribe_later(bag, told, player):
+def test_labels_are_kept_for_those_who_subscribe_later(bag, by_topic, player):
     with rosbag2.Reader(bag) as reader:
         offered = {one.topic: one.ext.offered_qos_profiles for one in reader.connections}
     (profile,) = offered.pop("/skin/taxels")
@@ -67,14 +67,14 @@ def test_labels_are_kept_for_those_who_subscribe_later(bag, told, player):
         1,
     )
     assert not any(offered.values())
-    ((_, labels),) = told["/skin/taxels"]
+    ((_, labels),) = by_topic["/skin/taxels"]
     assert json.loads(labels.data) == taxel_labels(player.prepared.skin)
 
 
-def test_every_tick_has_its_joints_and_pressures(told, frames, player):
-    assert len(told["/joint_states"]) == len(told["/skin/pressures"]) == len(frames)
+def test_every_tick_has_its_joints_and_pressures(by_topic, frames, player):
+    assert len(by_topic["/joint_states"]) == len(by_topic["/skin/pressures"]) == len(frames)
     for (time, joints), (_, pressures), frame in zip(
-        told["/joint_states"], told["/skin/pressures"], frames, strict=True
+        by_topic["/joint_states"], by_topic["/skin/pressures"], frames, strict=True
     ):
         assert joints.name == [joint.name for joint in player.prepared.robot.joints]
         np.testing.assert_array_equal(joints.position, frame.posture)
@@ -84,24 +84,24 @@ def test_every_tick_has_its_joints_and_pressures(told, frames, player):
         assert time == int(player.versions["started_ns"]) + round(1e9 * frame.tick * player.prepared.scene.tick)
 
 
-def test_pictures_come_at_their_rate(told, player, frames):
+def test_pictures_come_at_their_rate(by_topic, player, frames):
     count = sum(frame.tick % 10 == 0 for frame in frames)
     topics = [f"/taxels/{patch.link}" for patch in player.prepared.skin.patches]
     for topic in ("/tf", "/tactile_image", "/contacts", *topics):
-        assert len(told[topic]) == count
-    assert [message.data for _, message in told["/events"]] == [event.words for event in player.events]
+        assert len(by_topic[topic]) == count
+    assert [message.data for _, message in by_topic["/events"]] == [event.words for event in player.events]
 
 
-def test_clouds_state_the_layout_of_their_points(told, player):
+def test_clouds_state_the_layout_of_their_points(by_topic, player):
     for patch in player.prepared.skin.patches:
-        _, cloud = told[f"/taxels/{patch.link}"][0]
+        _, cloud = by_topic[f"/taxels/{patch.link}"][0]
         assert cloud.point_step == 4 * len(cloud.fields)
         assert len(cloud.data) == cloud.row_step == cloud.width * cloud.point_step
 
 
-def test_markers_point_at_the_contacts(told, frames):
+def test_markers_point_at_the_contacts(by_topic, frames):
     shown = [frame for frame in frames if frame.tick % 10 == 0]
-    for (_, message), frame in zip(told["/contacts"], shown, strict=True):
+    for (_, message), frame in zip(by_topic["/contacts"], shown, strict=True):
         arrows = message.markers[1:]
         assert [arrow.id for arrow in arrows] == [region.id for region in frame.regions]
         for arrow, region in zip(arrows, frame.regions, strict=True):
@@ -110,9 +110,9 @@ def test_markers_point_at_the_contacts(told, frames):
     assert any(frame.regions for frame in shown)
 
 
-def test_contacts_have_outline_wrench_and_covariance_for_each_link(told, frames, player):
-    assert len(told["/skin/contacts"]) == len(frames)
-    for (_, message), frame in zip(told["/skin/contacts"], frames, strict=True):
+def test_contacts_have_outline_wrench_and_covariance_for_each_link(by_topic, frames, player):
+    assert len(by_topic["/skin/contacts"]) == len(frames)
+    for (_, message), frame in zip(by_topic["/skin/contacts"], frames, strict=True):
         assert [one.id for one in message.contacts] == [region.id for region in frame.regions]
         for one, region in zip(message.contacts, frame.regions, strict=True):
             expected = contact_wrench(region)
@@ -127,7 +127,7 @@ def test_contacts_have_outline_wrench_and_covariance_for_each_link(told, frames,
 
 @pytest.mark.parametrize("rate", [pytest.param(20.0, marks=pytest.mark.long), 30.0])
 def test_pictures_have_the_times_of_their_ticks(player, frames, tmp_path, rate):
-    """At 30 a second of 200 ticks every seventh tick is shown."""
+    """A rate of 30 Hz at 200 ticks per second shows every seventh tick."""
     found = messages(exported(player, tmp_path / "bag", rate))
     tick = player.prepared.scene.tick
     started = int(player.versions["started_ns"])
@@ -140,21 +140,21 @@ def test_pictures_have_the_times_of_their_ticks(player, frames, tmp_path, rate):
     assert [10**9 * stamp.sec + stamp.nanosec for stamp in stamps] == times
 
 
-def test_pictures_are_those_of_their_ticks(told, player, frames):
+def test_pictures_are_those_of_their_ticks(by_topic, player, frames):
     image = TactileImage(player.prepared.map, width=128)
     shown = [frame for frame in frames if frame.tick % 10 == 0]
     assert any(frame.pressures.max() > 1e3 for frame in shown)
-    for (_, message), frame in zip(told["/tactile_image"], shown, strict=True):
+    for (_, message), frame in zip(by_topic["/tactile_image"], shown, strict=True):
         values = message.data.view(np.float32).reshape(message.height, message.width)
         np.testing.assert_array_equal(values, image.render(frame.pressures))
 
 
-def test_transforms_are_the_poses_of_the_links(told, player, frames):
+def test_transforms_are_the_poses_of_the_links(by_topic, player, frames):
     configuration = Configuration(player.prepared.robot)
     links = player.prepared.robot.links
     shown = [frame for frame in frames if frame.tick % 10 == 0]
     turned = 0.0
-    for (_, message), frame in zip(told["/tf"], shown, strict=True):
+    for (_, message), frame in zip(by_topic["/tf"], shown, strict=True):
         configuration.update(frame.posture)
         for one, link in zip(message.transforms, links, strict=False):
             pose = configuration.pose(link.name)

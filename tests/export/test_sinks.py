@@ -69,7 +69,7 @@ def numbers(values):
 
 
 def test_hdf5_has_dimension_scales_and_units(player, frames, tmp_path):
-    """As netCDF has them, so that xarray opens a table with named coordinates."""
+    """Tables have the same scales as in netCDF, so xarray opens them with named coordinates."""
     h5py = pytest.importorskip("h5py")
     export_recording(player, tmp_path / "out.h5", to="hdf5", options=ExportOptions(image_width=24))
     with h5py.File(tmp_path / "out.h5") as file:
@@ -77,7 +77,7 @@ def test_hdf5_has_dimension_scales_and_units(player, frames, tmp_path):
         def scales(dataset):
             return [dataset.dims[axis][0].name.rpartition("/")[2] for axis in range(dataset.ndim)]
 
-        for table, column, wanted, unit in (
+        for table, column, expected, unit in (
             ("pressures", "pressure_Pa", ["time_s", "taxel"], "Pa"),
             ("frames", "position", ["time_s", "joint"], "rad"),
             ("frames", "command_stiffness", ["time_s", "joint"], "N m/rad"),
@@ -90,7 +90,7 @@ def test_hdf5_has_dimension_scales_and_units(player, frames, tmp_path):
             ("joints", "lower", ["joint"], "rad"),
             ("episodes", "frames", ["episode"], None),
         ):
-            assert scales(file[table][column]) == wanted
+            assert scales(file[table][column]) == expected
             assert file[table][column].attrs.get("units") == unit
         for table in file.values():
             for name, data in table.items():

@@ -29,12 +29,12 @@ class Counting:
 
 def test_no_more_than_a_batch_is_ever_in_memory(player):
     sink = Counting()
-    told = []
-    write_tables(player, sink, image_width=8, progress=lambda text, share: told.append(share))
+    shares = []
+    write_tables(player, sink, image_width=8, progress=lambda text, share: shares.append(share))
     assert max(sink.rows["pressures"]) == max(sink.rows["images"]) == BATCH
     assert sum(sink.rows["frames"]) == len(player)
-    assert told == sorted(told)
-    assert told[-1] == 1.0
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
 
 
 class Kept:
@@ -112,12 +112,12 @@ def test_a_recording_without_a_gap_is_one_episode(player):
     assert (one.first, one.frames) == (0, len(player))
 
 
-def test_the_highest_reading_is_told_of_and_can_be_cancelled(player):
-    told = []
-    highest = highest_reading(player, lambda _, share: told.append(share))
+def test_search_for_the_highest_reading_reports_progress_and_can_be_cancelled(player):
+    shares = []
+    highest = highest_reading(player, lambda _, share: shares.append(share))
     assert highest == max(float(frame.pressures.max()) for frame in player)
-    assert told[0] == 0.0
-    assert told == sorted(told)
+    assert shares[0] == 0.0
+    assert shares == sorted(shares)
 
     def cancel(_text, _share):
         raise KeyboardInterrupt

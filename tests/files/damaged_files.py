@@ -227,7 +227,7 @@ def _changed(data, random):
 
 
 def _value(data, random):
-    """One word or number replaced, or one line repeated, moved or left out."""
+    """Replace a word or a number, or repeat, move or remove a line."""
     if random.random() < 0.2:
         lines = data.split(b"\n")
         at, other = (int(place) for place in random.integers(0, len(lines), 2))
@@ -246,7 +246,7 @@ def _value(data, random):
 
 
 def _overwritten(data, random):
-    """One aligned number replaced by an unlikely one."""
+    """Replace an aligned number by an unlikely one."""
     value = _BINARY[int(random.integers(len(_BINARY)))]
     at = 4 * int(random.integers(0, max(len(data) // 4, 1)))
     return (data[:at] + value + data[at + len(value) :])[: len(data)]

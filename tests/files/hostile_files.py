@@ -177,7 +177,7 @@ ROBOTS = {
     ),
     "elements.xml": (mjcf("<site/>" * 1_000_000), "elements"),
 }
-"""A robot file and what it is told; None where it loads, since what hurts is left out."""
+"""Robot files with the expected message; None where the file loads because the harmful part is ignored."""
 
 _RELIEF = '<asset><hfield name="h" nrow="30000" ncol="30000" size="1 1 1 1"/></asset>'
 _PICTURE = '<asset><texture name="t" builtin="flat" type="2d" width="30000" height="30000"/></asset>'

@@ -262,7 +262,7 @@ def _head():
 
 
 def record(opcode, body):
-    """One MCAP record."""
+    """Return an MCAP record."""
     return struct.pack("<BQ", opcode, len(body)) + body
 
 
@@ -281,7 +281,7 @@ def _endless(megabytes):
 
 
 def message(channel, data, number=0):
-    """One message record."""
+    """Return a message record."""
     return record(Opcode.MESSAGE, struct.pack("<HIQQ", channel, number, 0, 0) + data)
 
 
@@ -296,7 +296,7 @@ def indexed(head, body, offsets):
 
 
 def _broken_records(count):
-    """Records of an impossible length, each with an entry in the index, so that reading goes on at the next one."""
+    """Records of an impossible length, each with an entry in the index, so that reading continues at the next one."""
     head = _head()
     broken = struct.pack("<BQ", Opcode.CHUNK, 2**60)
     return indexed(head, broken * count, [len(head) + 9 * number for number in range(count)])

@@ -92,7 +92,7 @@ def test_a_spike_of_a_hundred_radii_is_mapped_or_refused_quickly(tmp_path, call_
 
 @pytest.mark.long
 def test_a_spike_of_a_thousand_radii_is_mapped_in_seconds(tmp_path, call_all):
-    """Nearly all taxels go to the needle; pressed together and growing it would buckle and lie on itself."""
+    """Nearly all taxels are on the needle, which would otherwise buckle and overlap itself while it grows."""
     path = spiked_sphere(tmp_path / "spike.stl", 1000.0, 3)
     assert call_all(hostile_files.mapped, [(str(path),)], cpu=20.0) == ["ok"]
 
@@ -121,7 +121,7 @@ def test_a_mesh_of_a_billion_metres_is_refused_quickly(tmp_path, call_all):
 
 @pytest.fixture
 def secret(tmp_path):
-    """A file beside the model's folder, which the model may not see."""
+    """A file outside the model's folder, which the model must not read."""
     (tmp_path / "model").mkdir()
     for name in ("secret.xml", "secret.obj", "secret.stl", "secret.bin"):
         (tmp_path / name).write_text(f"{SECRET} {SECRET}\n")
@@ -151,8 +151,8 @@ def test_a_model_opens_only_files_of_its_own_tree(secret, name, text, how):
     assert SECRET not in str(found.value)
 
 
-def test_a_urdf_finds_no_package_that_is_none(secret):
-    """A folder beside those above the file is not a package by its name alone."""
+def test_urdf_does_not_take_any_folder_for_a_package(secret):
+    """The name alone does not make a sibling of a parent folder a package."""
     (secret / "private").mkdir()
     (secret / "private" / "secret.obj").write_text(SECRET)
     (secret / "model" / "m.urdf").write_text(

@@ -127,7 +127,7 @@ def test_every_round_of_a_descent_stays_off_itself():
     loop = surface.connectivity.boundary_loops[0]
     start = tutte(Mesh(positions, surface.faces)) / np.sqrt(np.pi)
     *_, free = minimise(problem, start)
-    assert crossings(free.plane[loop]) > 0, "without the barrier this surface does lie on itself"
+    assert crossings(free.plane[loop]) > 0, "without the barrier this map overlaps itself"
     rounds = list(minimise(BoundaryBarrier(problem, loop, free.plane), start))
     assert len(rounds) > 5
     assert not any(crossings(r.plane[loop]) for r in rounds)
@@ -135,7 +135,7 @@ def test_every_round_of_a_descent_stays_off_itself():
 
 
 def test_a_corner_that_misses_a_side_by_the_last_bit_touches():
-    """An hourglass whose waist is one rounding wide, as the two sides of a seam in a plain tube come to lie."""
+    """An hourglass with a waist of one rounding error, like the two sides of a seam in a plain tube."""
     tip = [-0.38232282140252394, 0.10407355315773271]
     a = [-0.3084796216698031, 0.2676116508481561]
     other = [tip[0], 0.10407355315773269]

@@ -1,7 +1,7 @@
-"""The laws of a map over every kind of difficult mesh: one-to-one and exact there and back, or a named error.
+"""Maps of every kind of difficult mesh are one-to-one with an exact inverse, or raise a named error.
 
-Each mesh is worn and mapped in a child process with a time-out, because the libraries below crash or hang on some of
-them when they are not guarded. The scan of 200,000 faces is mapped once, at full resolution (about 20 s).
+Each mesh is fitted with skin and mapped in a child process with a time-out, because the native libraries crash or hang
+on some of them when unguarded. The scan of 200,000 faces is mapped once, at full resolution (about 20 s).
 """
 
 from __future__ import annotations
@@ -90,14 +90,14 @@ def test_corners_that_do_not_exist_are_rejected_with_their_place(index: int) -> 
 
 
 def read_all(folder: str) -> dict[str, str]:
-    """What reading each file in a folder leads to; in a child, since parsers may be native code."""
-    answers = {}
+    """Return the result of reading each file in a folder, in a child process since parsers may be native code."""
+    results = {}
     for path in Path(folder).iterdir():
         try:
-            answers[path.name] = f"read: {len(read_mesh(path).faces)} faces"
+            results[path.name] = f"read: {len(read_mesh(path).faces)} faces"
         except TactileMapsError as error:
-            answers[path.name] = str(error)
-    return answers
+            results[path.name] = str(error)
+    return results
 
 
 def test_empty_files_and_files_of_garbage_are_rejected_by_name(child: Child, tmp_path: Path) -> None:
@@ -106,9 +106,9 @@ def test_empty_files_and_files_of_garbage_are_rejected_by_name(child: Child, tmp
         (tmp_path / f"empty{suffix}").write_bytes(b"")
         (tmp_path / f"noise{suffix}").write_bytes(rng.bytes(3000))
         (tmp_path / f"words{suffix}").write_bytes(b"the quick brown fox\n" * 40)
-    answers = child.call(read_all, str(tmp_path), seconds=SECONDS)
-    assert len(answers) == 3 * len(MESH_SUFFIXES)
-    for name, answer in answers.items():
+    results = child.call(read_all, str(tmp_path), seconds=SECONDS)
+    assert len(results) == 3 * len(MESH_SUFFIXES)
+    for name, answer in results.items():
         assert str(tmp_path / name) in answer, "the error names the file"
         assert "Traceback" not in answer
 

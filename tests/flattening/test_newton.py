@@ -1,4 +1,4 @@
-"""The descent: it never goes up, never turns a triangle over, ends at a minimum, and tells what it costs."""
+"""Newton's method: the energy never increases, no triangle flips, it ends at a minimum and counts its work."""
 
 from __future__ import annotations
 

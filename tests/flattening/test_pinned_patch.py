@@ -151,7 +151,7 @@ def test_overlap_of_the_border_is_avoided():
         int(np.argmin(np.linalg.norm(strip.vertices[:, :2] - p, axis=1))) for p in ((0, 0.01), (0.6, 0.01), (0.3, 0.01))
     )
     ends = [patch.add(at(_flat(strip), v)) for v in (left, right, middle)]
-    # Bent into a ring and on, so that one end lies across the other.
+    # Bent into a ring and on, so that one end crosses the other.
     for turn in np.linspace(0, 2.15 * np.pi, 60)[1:]:
         radius = 0.6 / turn
         patch.move(ends[0], (0.3 - radius * np.sin(turn / 2), 0.01 + radius * (1 - np.cos(turn / 2))))
@@ -199,7 +199,7 @@ def test_lengths_and_angles_have_their_own_rest():
 
 
 @pytest.mark.long
-def test_a_hopeless_wish_is_an_error_or_a_valid_map():
+def test_impossible_pin_places_give_an_error_or_a_valid_map():
     surface, chart = dome()
     patch, numbers, places = pinned(surface, chart, 4)
     patch.move(numbers[0], places[0] + 3.0)
@@ -334,8 +334,8 @@ def test_at_any_place_of_the_slider(lengths):
     assert patch.lag < 1e-3 * np.sqrt(surface.area)
 
 
-class TestWishesThatContradictEachOther:
-    """Finite, never flipped, and told."""
+class TestContradictoryPins:
+    """The map stays finite, no triangle flips, and the lag is reported."""
 
     def test_swapped(self):
         surface, chart = dome()
@@ -349,7 +349,7 @@ class TestWishesThatContradictEachOther:
         surface, chart = dome()
         patch, numbers, places = pinned(surface, chart)
         dragged(patch, numbers[0], [places[0] + [far, 0.0]] * 30)
-        assert patch.lag > 0, "what cannot be is told"
+        assert patch.lag > 0, "an unreachable place is reported"
 
     @pytest.mark.long
     def test_onto_another(self):
@@ -364,8 +364,8 @@ class TestWishesThatContradictEachOther:
         assert patch.lag < 1e-3 * np.sqrt(surface.area)
 
 
-class TestWhatIsRefused:
-    """By name, with all as it was."""
+class TestRejectedInput:
+    """Invalid input raises a named error and leaves the patch unchanged."""
 
     @pytest.mark.parametrize("place", [(np.nan, 0.0), (0.0, np.inf), (1e3, 0.0), (-1e300, 1.0)])
     def test_invalid_pin_place_is_rejected(self, place):

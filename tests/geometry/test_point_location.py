@@ -94,7 +94,7 @@ def test_points_on_sides_and_corners_are_never_lost(triangles, weights, offset):
 
 
 def test_rounding_off_the_rim_loses_no_point(triangles):
-    """A corner computed elsewhere may lie a few last digits outside of everything."""
+    """A corner computed with different rounding may be outside all triangles by a few last digits."""
     middle = triangles.mean(axis=(0, 1))
     size = 0.02 * np.ptp(triangles)
     corners = triangles.reshape(-1, 2)

@@ -1,7 +1,7 @@
-"""The catalogue of difficult meshes, in named groups; each made when it is asked for.
+"""Catalogue of difficult meshes in named groups; each is made on request.
 
-``HARD_MESHES`` are links of bodies as files bring them. ``hard_mesh(name)`` makes one that must be flattened as it is,
-``GROUPS`` has the names by group, ``HOPELESS`` those that must be refused by name.
+``HARD_MESHES`` are links as real files contain them. ``hard_mesh(name)`` makes a mesh that must be flattened without
+repair, ``GROUPS`` has the names by group, and ``HOPELESS`` has the meshes that must be rejected with a named error.
 """
 
 from __future__ import annotations
@@ -190,10 +190,10 @@ def with_slivers(aspect: float) -> Mesh:
         end = np.array(vertices[b])
         vertices.append((start + aspect * (end - start)).tolist())
         new = len(vertices) - 1
-        beside = [k for k, face in enumerate(faces) if k != number and a in face and b in face]
+        neighbours = [k for k, face in enumerate(faces) if k != number and a in face and b in face]
         faces[number] = [new, b, c]
         faces.append([a, new, c])
-        for k in beside:
+        for k in neighbours:
             d = next(v for v in faces[k] if v not in (a, b))
             faces[k] = [b, new, d]
             faces.append([new, a, d])
@@ -233,7 +233,7 @@ def bow_ties(count=4) -> Mesh:
 
 
 def comb(fingers=12, *, length=0.08, width=0.004) -> Mesh:
-    """A flat comb: many long fingers, gaps as wide as they are."""
+    """A flat comb: many long fingers and gaps of the same width."""
     whole = sheet(2 * fingers - 1, 20, width=width * (2 * fingers - 1), height=length)
     middle = whole.vertices[whole.faces].mean(axis=1)
     keep = ((middle[:, 0] / width).astype(int) % 2 == 0) | (middle[:, 1] < 0.2 * length)
@@ -242,7 +242,7 @@ def comb(fingers=12, *, length=0.08, width=0.004) -> Mesh:
 
 
 def closed_tube(ratio: float, *, around=12) -> Mesh:
-    """A tube with pointed ends, ``ratio`` times as long as it is thick."""
+    """A tube with pointed ends, with a length of ``ratio`` diameters."""
     along = int(ratio * around / np.pi)
     tube = frustum(0.01, 0.01, length=0.02 * ratio, around=around, along=along)
     tips = len(tube.vertices)
@@ -255,7 +255,7 @@ def closed_tube(ratio: float, *, around=12) -> Mesh:
 
 
 def klein_bottle(around=24, across=16) -> Mesh:
-    """One-sided and closed; it passes through itself."""
+    """A closed one-sided surface that intersects itself."""
     turn = (np.arange(across) + 0.5) * 2 * np.pi / across  # no two vertices at one place where it passes through itself
     u, v = np.meshgrid(np.arange(around) * 2 * np.pi / around, turn, indexing="ij")
     r = 0.1 + 0.04 * (np.cos(u / 2) * np.sin(v) - np.sin(u / 2) * np.sin(2 * v))
@@ -409,7 +409,7 @@ def half_refined() -> Mesh:
 
 
 def bricks(columns: int = 5, rows: int = 4) -> Mesh:
-    """A wall of rectangles, each row half a brick beside the one below: no corner meets another in between."""
+    """A wall of rectangles, each row offset by half a brick, so that corners of one row meet edges of the next."""
     x, y = np.meshgrid(0.02 * np.arange(columns), 0.01 * np.arange(rows))
     x = x + 0.01 * (np.arange(rows) % 2)[:, None]
     corners = np.array([[0, 0, 0], [0.02, 0, 0], [0.02, 0.01, 0], [0, 0.01, 0]])
@@ -537,5 +537,5 @@ HOPELESS = {
 
 @cache
 def hard_mesh(name: str) -> Mesh:
-    """One mesh of the catalogue."""
+    """Return a mesh of the catalogue."""
     return _MAKERS[name]()

@@ -1,9 +1,8 @@
-"""A named catalogue of what is hard to touch: places where a contact may be, and what may happen to bodies.
+"""Catalogue of difficult contacts: contact locations on the skin, and extreme states of bodies.
 
-``PLACES[name]()`` is skin on a link that stands still, and the way of one or two contacts over it. ``dropped``,
-``teleported``, ``jammed`` and ``whip`` are scenes in which bodies are too deep, fast, light, heavy, stiff or shut in.
-All are plain ``PreparedScene`` values, so whatever they do can be recorded and replayed; ``touch_checks`` has what must
-hold.
+``PLACES[name]()`` is skin on a fixed link and the paths of one or two contacts over it. ``dropped``, ``teleported``,
+``jammed`` and ``whip`` are scenes with bodies that are too deep, fast, light, heavy, stiff or confined. All are plain
+``PreparedScene`` values and can be recorded and replayed; ``touch_checks`` has the properties that must hold.
 """
 
 from __future__ import annotations
@@ -52,13 +51,13 @@ _REST = 0.2
 
 @dataclass(frozen=True, eq=False)
 class Place:
-    """Skin on a link that stands still at the world's origin, and where it is touched.
+    """Skin on a fixed link at the world origin, and the paths of the contacts on it.
 
     Attributes:
         prepared: The scene, without objects.
-        ways: (k, 3) each: what the contacts' middles do, on the skin [m].
-        radius: Of the fingertip or probe [m].
-        jump: How far the centre of pressure may move at once, in pitches of the taxels.
+        ways: Path of each contact centre on the skin, (k, 3) each [m].
+        radius: Radius of the fingertip or probe [m].
+        jump: Largest allowed step of the centre of pressure [taxel pitches].
     """
 
     prepared: PreparedScene
@@ -106,7 +105,7 @@ class Place:
 
     @staticmethod
     def resting(seconds: float = 0.6) -> float:
-        """When a probe of ``probed`` has come to its end and stands still there [s]."""
+        """Return the time at which a probe of ``probed`` has come to rest at the end of its path [s]."""
         return _PRESS + seconds + 0.9 * _REST
 
 
@@ -151,7 +150,7 @@ def _tube() -> PreparedScene:
 
 
 def seam_angle(prepared: PreparedScene) -> float:
-    """Where the tube's seam is at half its height [rad]."""
+    """Return the angle of the tube's seam at half its height [rad]."""
     (chart,) = prepared.map.charts
     ends = prepared.skin.patches[0].surface.vertices[np.unique(chart.seams)]
     x, y, _ = ends[np.abs(ends[:, 2] - TUBE_LENGTH / 2).argmin()]
@@ -206,7 +205,7 @@ PLACES: dict[str, Callable[[], Place]] = {
         _bar(), (_on_top((0.15, 0.0), (0.189, 0.0), (0.189, 0.0)), _on_top((0.25, 0.0), (0.211, 0.0), (0.211, 0.0)))
     ),
 }
-"""Places by name; each made when it is asked for."""
+"""Makers of places by name."""
 
 
 def weight(mass: float, *, above: float = 0.0, radius: float = 0.02) -> ObjectSpec:
@@ -218,7 +217,7 @@ def weight(mass: float, *, above: float = 0.0, radius: float = 0.02) -> ObjectSp
 def dropped(
     mass: float, *, above: float = 0.0, radius: float = 0.02, stiffness: float = 2e4, tick: float = 0.008, **overrides
 ) -> PreparedScene:
-    """A weight over the bar, which stands still; felt by water-fill unless ``skin`` is wished for."""
+    """Return a weight above a fixed bar; the skin effect is water-fill unless ``skin`` is given."""
     effects = {"contact": "environment", "fingers": "off", "skin": "water-fill", **overrides}
     objects = (weight(mass, above=above, radius=radius),)
     layer = ElasticLayer(stiffness=stiffness)
@@ -226,7 +225,7 @@ def dropped(
 
 
 def teleported(*, stiffness: float = 2e4, force: float = 200.0, **overrides) -> PreparedScene:
-    """A probe beside the bar whose motors want to be 70 mm inside it from one moment to the next, and stay."""
+    """Return a probe next to the bar whose target jumps to 70 mm inside the bar within 0.1 ms and stays there."""
     out = (0.2, 0.0, TOP + 0.015)
     inside = (0.2, 0.0, TOP + 0.015 - 0.07)
     path = ((0.0, *out), (0.1, *out), (0.1001, *inside), (600.0, *inside))
@@ -236,7 +235,7 @@ def teleported(*, stiffness: float = 2e4, force: float = 200.0, **overrides) -> 
 
 
 JAM = 0.004
-"""How much too tight it is for the jammed block on each side [m]."""
+"""Overlap of the jammed block with the walls on each side [m]."""
 
 
 def jammed(*, stiffness: float = 2e4, **overrides) -> PreparedScene:

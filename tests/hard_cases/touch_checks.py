@@ -19,13 +19,13 @@ from tests.hard_cases.touch import SPRING
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """A session from its start until its time was up or it stopped by itself.
+    """A session that ran for its full time or until it stopped with a failure.
 
     Attributes:
-        prepared: What was run.
-        frames: Every tick's.
-        failure: Why it stopped; None where it did not.
-        session: As it is at the end.
+        prepared: The scene that was run.
+        frames: One frame for each tick.
+        failure: Reason for stopping, or None.
+        session: The session in its final state.
     """
 
     prepared: PreparedScene

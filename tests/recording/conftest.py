@@ -1,4 +1,4 @@
-"""One small arm and one recording of it, made once."""
+"""A small arm and a recording of it, made once."""
 
 from __future__ import annotations
 

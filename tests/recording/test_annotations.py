@@ -1,4 +1,4 @@
-"""What is said of a recording is kept beside it; what was marked while it was made is in it; its bytes stay."""
+"""Notes on a recording are stored next to it, marks made while recording inside it; its bytes never change."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def copy(recording, tmp_path):
     return path
 
 
-def test_it_is_kept_beside_the_recording_whose_bytes_stay(copy):
+def test_notes_are_stored_next_to_the_recording_and_leave_its_bytes_unchanged(copy):
     before = copy.read_bytes()
     assert load_annotations(copy) is None
     save_annotations(copy, SAID)

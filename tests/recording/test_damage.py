@@ -42,7 +42,7 @@ LAST = 250
 
 
 def chunk_spans(path):
-    """Where each chunk's compressed messages lie in the file, by its index."""
+    """Return the byte ranges of the compressed messages of all chunks, from the index."""
     with path.open("rb") as stream:
         indexes = make_reader(stream).get_summary().chunk_indexes
     return [
@@ -97,7 +97,7 @@ def without_inputs(path):
 
 
 @pytest.mark.long
-def test_a_flipped_bit_in_the_frames_is_told_with_its_ticks(recording, tmp_path):
+def test_flipped_bit_in_the_frames_is_reported_with_its_ticks(recording, tmp_path):
     number = without_inputs(recording)[5]
     ticks = ticks_in(recording, number)
     start, size = chunk_spans(recording)[number]
@@ -176,7 +176,7 @@ def test_verification_without_comparable_frames_is_not_identical(recording, tmp_
     "machine", [{"cpu": "Abacus 1", "blas": "slowblas, kernel Beads"}, pytest.param({}, marks=pytest.mark.long)]
 )
 def test_a_difference_on_another_machine_names_both_and_its_size(recording, tmp_path, capsys, machine):
-    """One pressure of the last frame is off by a millionth of a kPa, as rounding may leave it."""
+    """A pressure of the last frame differs by a millionth of a kPa, as rounding may cause."""
     player = RecordingPlayer(recording)
     last = player.frame(len(player) - 1)
     pressures = last.pressures.copy()
@@ -211,7 +211,7 @@ def test_a_difference_on_another_machine_names_both_and_its_size(recording, tmp_
 @pytest.mark.sampled(12)
 @pytest.mark.parametrize("seed", range(60))
 def test_no_flipped_bit_is_silent(recording, tmp_path, seed):
-    """Anywhere in the file: refused by name, or told; and every frame is there or counted."""
+    """A bit anywhere in the file leads to a named error or a report; every frame is present or counted as lost."""
     size = recording.stat().st_size
     chance = np.random.default_rng(seed)
     # Half of them behind the attachments, which are most of the file.
@@ -256,7 +256,7 @@ def test_a_lost_beginning_and_a_lost_end_are_counted(recording, tmp_path):
     assert (missing.count, missing.first, missing.last) == (len(first), FIRST, first[-1])
 
 
-def test_a_frame_left_out_doubled_or_out_of_order_is_told(recording, tmp_path):
+def test_missing_repeated_or_misplaced_frame_is_reported(recording, tmp_path):
     def drop(messages):
         frames = [n for n, (topic, _) in enumerate(messages) if topic == "/frame"]
         return [one for n, one in enumerate(messages) if n not in frames[10:12]]
@@ -283,7 +283,7 @@ def test_a_frame_left_out_doubled_or_out_of_order_is_told(recording, tmp_path):
     assert [player.frame(n).tick for n in range(len(player))] == list(range(FIRST, LAST + 1))
 
 
-def test_an_input_left_out_is_told_though_every_frame_is_there(recording, tmp_path):
+def test_missing_input_is_reported_though_every_frame_is_present(recording, tmp_path):
     def drop(messages):
         inputs = [n for n, (topic, _) in enumerate(messages) if topic == "/input"]
         return [one for n, one in enumerate(messages) if n != inputs[-2]]
@@ -425,7 +425,7 @@ def test_every_kind_of_damage_has_words(kind):
         ([], [], 2, [(2, 0, None)]),
     ],
 )
-def test_lost_messages_lie_where_bytes_could_not_be_read(numbers, holes, at_end, found):
+def test_lost_messages_are_located_where_bytes_could_not_be_read(numbers, holes, at_end, found):
     columns = np.array(numbers, dtype=np.int64).reshape(-1, 2).T
     losses = find_losses(*columns, holes, at_end, DamageKind.INPUTS_MISSING)
     assert [(one.count, one.first, one.last) for one in losses] == found

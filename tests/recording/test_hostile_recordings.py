@@ -178,7 +178,7 @@ def changed_bytes(data, original: bytes) -> bytearray:
 
 
 def changed_token(data, pattern: re.Pattern[bytes], text: bytes, new) -> bytes:
-    """One of the tokens replaced."""
+    """Replace one of the tokens."""
     found = list(pattern.finditer(text))
     token = found[data.draw(st.integers(0, len(found) - 1), label="token")]
     return text[: token.start()] + data.draw(st.sampled_from(new), label="new").encode() + text[token.end() :]

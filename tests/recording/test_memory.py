@@ -139,8 +139,8 @@ _, status, usage = os.wait4(child.pid, 0)
 print(usage.ru_maxrss)
 sys.exit(os.waitstatus_to_exitcode(status))
 """
-"""Runs a command and prints its peak memory [kB]. A process begins with the peak of the one that started it, so that
-one that has little of its own stands in between."""
+"""Runs a command and prints its peak memory [kB]. A process inherits the peak of its parent, so this small process is
+placed between pytest and the command."""
 MOST_RESIDENT = {"inspect": 300, "replay": 300, "trim": 320, "recover": 320, "export": 400}
 """Peak memory of a whole process [MB]. Kept in memory, the recording alone would exceed each."""
 

@@ -50,7 +50,7 @@ def test_it_holds_everything(recording, prepared):
 
 
 def test_a_chunk_that_does_not_match_its_checksum_is_not_believed(recording):
-    """One byte of the last message changed, packed again so that the archive itself is sound."""
+    """A byte of the last message is changed and compressed again, so that the archive itself is valid."""
     contents = read_recording(recording)
     chunk = contents.chunk(0)
     assert chunk.compression == "zstd"
@@ -300,7 +300,7 @@ def test_a_recording_of_another_format_is_named(tmp_path, monkeypatch, prepared)
             opened(old)
 
 
-def test_objects_stand_alone():
+def test_objects_survive_the_round_trip_through_bytes():
     (again,) = objects_from_bytes(objects_to_bytes([BALL_BODY]), [BALL])
     assert again.spec == BALL
     assert again.mesh.vertices.tobytes() == BALL_BODY.mesh.vertices.tobytes()

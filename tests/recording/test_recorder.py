@@ -1,4 +1,4 @@
-"""What is written survives; what stopped a session stops again."""
+"""Written frames survive a crash; a failure of a session is repeated by its replay."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def test_a_place_that_cannot_be_written_is_named(prepared, tmp_path, where):
         Recorder(prepared, tmp_path / where)
 
 
-@pytest.mark.skipif(not Path("/dev/full").exists(), reason="this system has no /dev/full to stand in for a full disk")
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="this system has no /dev/full to simulate a full disk")
 def test_a_full_disk_is_named_at_the_start(prepared, tmp_path):
     recorder = Recorder(prepared, tmp_path / "full.mcap")
     with Path("/dev/full").open("wb") as full:
@@ -69,7 +69,7 @@ def test_a_full_disk_is_named_at_the_start(prepared, tmp_path):
 
 @pytest.mark.long
 def test_a_disk_that_fills_up_keeps_what_was_written(tmp_path):
-    """A limit on the file's size stands in for the disk; in a process of its own, since it cannot be lifted."""
+    """A file size limit replaces the full disk, in a separate process since the limit cannot be lifted."""
     path = tmp_path / "cut.mcap"
     code = (
         "import resource, signal, sys\n"
@@ -159,7 +159,7 @@ STIFF = ControlSettings(stiffness=40.0, damping_ratio=3.0)
 
 
 def stopped(*, path=None) -> Session:
-    """A session that went on until it diverged; recorded from its first tick where there is a path."""
+    """Return a session that ran until it diverged, recorded from its first tick if there is a path."""
     session = Session(UNSTEADY, settings=STIFF)
     recorder = Recorder(UNSTEADY, path) if path else None
     for _ in range(5):

@@ -1,4 +1,4 @@
-"""One recorder a file; an existing file is replaced only by a complete recording; nothing empty stays."""
+"""A file has a single recorder and is replaced only by a complete recording; empty files are removed."""
 
 from __future__ import annotations
 

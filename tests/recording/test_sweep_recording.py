@@ -1,4 +1,4 @@
-"""One recording of a sweep: with its own settings, whole or not there."""
+"""A recording of a sweep has its own settings and is complete or absent."""
 
 from __future__ import annotations
 

@@ -55,7 +55,7 @@ def test_a_part_holds_its_frames_and_is_simulated_again(copy, tmp_path):
     assert part.versions["numpy"] == versions()["numpy"]
 
 
-def test_of_a_damaged_recording_what_is_missing_there_is_still_told(copy, tmp_path):
+def test_trimmed_copy_of_a_damaged_recording_still_reports_missing_parts(copy, tmp_path):
     data = bytearray(copy.read_bytes())
     player = RecordingPlayer(copy)
     chunk = player._contents.chunk(10)
@@ -82,9 +82,9 @@ def test_checksum_damage_stays_visible_in_the_part(copy, tmp_path, capsys):
     assert RecordingPlayer(tmp_path / "again.mcap").damage == (damage,)
     recover(copy, tmp_path / "recovered.mcap")
     assert RecordingPlayer(tmp_path / "recovered.mcap").damage == (damage,)
-    assert main(["trim", str(copy), "-o", str(tmp_path / "told.mcap"), "--json"]) == 0
+    assert main(["trim", str(copy), "-o", str(tmp_path / "trimmed.mcap"), "--json"]) == 0
     output = capsys.readouterr()
-    assert "told.mcap: the file does not match its checksum" in output.err
+    assert "trimmed.mcap: the file does not match its checksum" in output.err
     (row,) = json.loads(output.out)["files"]
     assert row["complete"] is False
     assert row["damage"][0]["kind"] == "checksum"

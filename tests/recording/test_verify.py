@@ -69,7 +69,7 @@ def test_a_digit_of_a_fingers_stiffness_that_is_changed_is_noticed_at_once(recor
 
 @pytest.mark.long
 def test_a_finger_that_never_acted_may_be_any(prepared, tmp_path):
-    """One that does not advance never pushes, so no frame can depend on its spring: that is why it is not noticed."""
+    """A finger that does not advance never pushes, so no frame depends on its spring and a change is not noticed."""
     session = Session(prepared, scripted=False)
     path = tmp_path / "still.mcap"
     with Recorder(prepared, path) as recorder:
@@ -99,7 +99,7 @@ def test_what_is_not_a_number_is_compared_too(recording):
 
 
 @pytest.mark.long
-def test_other_versions_are_told(recording):
+def test_other_versions_are_reported(recording):
     player = RecordingPlayer(recording)
     player.versions = player.versions | {"mujoco": "3.0.0"}
     (changed,) = verify(player).other_versions

@@ -419,7 +419,7 @@ class _Judge:
         self._outcome.friction_gain += float(np.maximum(work - rounding, 0.0).sum())
 
     def _skin_alone(self) -> bool:
-        """Whether all that is pressed in at the start is skin, whose stiffness the scene tells."""
+        """Whether only skin, whose stiffness the scene states, is pressed in at the start."""
         return all(
             {is_hull(self._model.geom(geom).name) for geom in pair} == {True, False}
             for pair in self._data.contact.geom.tolist()

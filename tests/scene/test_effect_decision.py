@@ -228,7 +228,7 @@ def test_scene_without_user_and_script_has_no_fingers(needs):
     assert decide_effects(needs, {}).effects.fingers
     assert not alone.fingers
     assert decide_effects(replace(needs, attended=False, scripted=True), {}).effects.fingers
-    assert (alone.skin == "off") == (needs == Needs()), "a sensor that nobody touches has noise too"
+    assert (alone.skin == "off") == (needs == Needs()), "a sensor without contact has noise too"
     assert alone.contact == decide_effects(needs, {}).effects.contact
 
 

@@ -1,5 +1,5 @@
-"""Scenes at random: each is steady, or stopped or told of by name; a force, speed, depth or energy beyond bounds never
-goes unreported.
+"""Random scenes: each is steady, or stops or is reported with a named cause; a force, speed, depth or energy out of
+bounds is always reported.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def test_scene_of_a_seed_is_repeatable_and_reads_back():
 
 @pytest.mark.long
 def test_missing_report_is_detected():
-    """The judge is no mirror of what the app tells: without that it objects."""
+    """The check does not depend on the app's own reports: without them it finds the fault."""
     deep = next(outcome for outcome in map(play, map(random_scene, (5, 6, 17))) if outcome.depth > 0.010)
     assert unreported(deep) == []
     deep.reported.discard("note deep")

@@ -21,7 +21,7 @@ HEAVY = 309
     ],
 )
 def test_shear_keeps_coulombs_limits_and_friction_gives_no_energy(seed):
-    """On every taxel and in every contact; other values beyond bounds are reported as well."""
+    """The limits hold for every taxel and contact; other values out of bounds are reported as well."""
     outcome = play(random_scene(seed, shear=True))
     assert unreported(outcome) == []
     if seed in SLIDING:

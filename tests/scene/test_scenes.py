@@ -156,7 +156,7 @@ def force_on(name: str, patch: str, frame) -> float:
 
 
 def body(name: str, of: str, frame) -> np.ndarray:
-    """Where an object is [m]."""
+    """Return the position of an object (3,) [m]."""
     number = [spec.name for spec in prepared_scene(name).scene.objects].index(of)
     return frame.objects[number][:3, 3]
 
@@ -278,7 +278,7 @@ def test_noisy_has_readings_of_low_cost_electronics():
 
 @pytest.mark.long
 def test_force_of_noisy_is_near_the_force_that_presses():
-    """With half as many taxels as the scene, pads cover a third of the skin instead of two thirds."""
+    """The test has half as many taxels as the scene, so pads cover a third of the skin instead of two thirds."""
     pressed = [(sum(poke.force for poke in frame.pokes), frame.regions) for frame in frames("noisy", 4.0)]
     held = [(force, regions[0]) for force, regions in pressed if force > 3.5 and regions]
     assert len(held) > 200
@@ -300,7 +300,7 @@ def test_full_has_all_effects_and_self_contact():
 
 @pytest.mark.long
 def test_follow_path_moves_the_contact_over_two_links_and_back():
-    """To and fro along what is drawn; between the two links the contact is carried."""
+    """The contact follows the drawn path in both directions and is carried between the two links."""
     shown = frames("follow_path", 29.0)
     states = [frame.task.regrasp for frame in shown]
     steps = [now for before, now in pairwise(states) if now and now != before]

@@ -40,7 +40,7 @@ f 1 3 2\nf 1 4 3\nf 5 6 7\nf 5 7 8\nf 1 2 6\nf 1 6 5\nf 2 3 7\nf 2 7 6\nf 3 4 8\
 
 @pytest.fixture(autouse=True)
 def folder(tmp_path, monkeypatch) -> Path:
-    """Where this test keeps its scenes."""
+    """Cache folder of this test."""
     folder = tmp_path / "kept"
     monkeypatch.setenv(FOLDER_VARIABLE, str(folder))
     return folder

@@ -33,13 +33,13 @@ _GROWN = 300
 
 @dataclass(frozen=True)
 class Soak:
-    """Result of two hours.
+    """Result of two hours of simulated time.
 
     Attributes:
         files: The recordings, in order.
-        heights: Of the weight at the end of each minute [m].
-        held: Blocks of memory at the end of each minute.
-        session: As it is in the end.
+        heights: Height of the weight at the end of each minute [m].
+        held: Memory blocks at the end of each minute.
+        session: The session in its final state.
     """
 
     files: tuple[Path, ...]

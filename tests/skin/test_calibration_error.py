@@ -1,4 +1,4 @@
-"""A skin believed beside where it is: the same taxels and triangles, elsewhere."""
+"""A skin with a wrong assumed position: the same taxels and triangles, displaced."""
 
 from __future__ import annotations
 

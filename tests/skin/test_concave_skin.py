@@ -49,7 +49,7 @@ def run(simulation, steps):
 @pytest.mark.parametrize("integrator", ["implicitfast", "discrete"])
 @pytest.mark.parametrize("shape", HEIGHTS)
 def test_a_ball_rests_on_the_surface_with_its_weight(shape, integrator):
-    """On the hull it would rest 22 mm above a bowl."""
+    """A ball on the convex hull would rest 22 mm above a bowl."""
     simulation = ball_on(shape, integrator=integrator)
     place = run(simulation, 200)
     assert place[2] == pytest.approx(HEIGHTS[shape] - WEIGHT / LAYER.stiffness, abs=5e-5)
@@ -62,7 +62,7 @@ def test_a_ball_rests_on_the_surface_with_its_weight(shape, integrator):
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize(("along", "height"), [(-0.02, 0.0), (0.0, 3e-3), (0.01, 3e-3)])
 def test_a_box_rests_on_bare_link_or_on_raised_skin(along, height):
-    """On the hull it would rest 2 mm above the bare link."""
+    """A box on the convex hull would rest 2 mm above the bare link."""
     robot, skin = raised()
     half = 8e-3
     box = thing("box", at=(along, 0.0, height + half), mass=MASS, size=(2 * half,) * 3, guided=True)
@@ -190,7 +190,7 @@ def test_repeats_are_the_same_bit_for_bit():
     "model", ["foundation", *(pytest.param(model, marks=pytest.mark.long) for model in (*CONTACT_MODELS, "depth"))]
 )
 def test_a_link_rests_in_the_bowl_of_another(model, first):
-    """At home the ball is inside the hull of the bowl and touches nothing."""
+    """The ball is inside the hull of the bowl at home and touches nothing."""
     robot, skin = bowl_and_ball(0.005, first=first)
     simulation = Simulation(robot, skin, Effects(contact="self", gravity="on", skin=model), layer=LAYER)
     simulation.step(700, hold(robot, 0.0, 3.0))

@@ -13,7 +13,7 @@ from tactile_maps.maps.model.jacobian import MapJacobian, affine_fit
 from tactile_maps.skin.calibration_error import with_calibration_error
 from tactile_maps.skin.model.taxel_set import TaxelSet
 from tactile_maps.skin.reconstruction.reconstruct import skin_from_taxels
-from tests.support.pressed_arm import beside_ball, forearm
+from tests.support.pressed_arm import forearm, pressed_by_ball
 
 pytestmark = pytest.mark.long
 
@@ -142,7 +142,7 @@ def test_a_session_feels_the_true_skin_and_believes_the_other():
     """Pressures are the true skin's, bit for bit; the contact is put where the calibration says its taxels are."""
     prepared = forearm()
     believed = build_map(with_calibration_error(prepared.skin, 0.004, seed=5))
-    true, said = (beside_ball(ControlSettings(controller="hybrid"), believed=map_) for map_ in (None, believed))
+    true, said = (pressed_by_ball(ControlSettings(controller="hybrid"), believed=map_) for map_ in (None, believed))
     frames = [session.frame for session in (true, said)]
     assert np.array_equal(frames[0].pressures, frames[1].pressures)
     (here,), (there,) = (frame.regions for frame in frames)

@@ -1,4 +1,4 @@
-"""One door: whatever a user has becomes a skin, or one clear message."""
+"""A single function opens every kind of input as a skin, or raises a clear error."""
 
 from __future__ import annotations
 

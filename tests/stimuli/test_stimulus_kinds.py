@@ -57,7 +57,7 @@ def test_the_heading_turns_it_about_the_normal():
 
 
 def test_on_a_cap_the_next_axis_gives_the_heading():
-    """A skin whose long axis stands on the touched place."""
+    """The long axis of the skin is normal to the surface at the touched point."""
     upright = bar_skin().patches[0]
     turn = np.array([[0, 0, 1.0], [0, 1, 0], [-1, 0, 0]])
     surface = type(upright.surface)(upright.surface.vertices @ turn.T, upright.surface.faces)

@@ -216,7 +216,7 @@ def tracking_error(case: Case) -> Comparison:
     therefore behind the reading by the motion of the goal in the delay and in half a period less half a tick.
     """
     loop = loop_of(case)
-    feedforward = "told of it" in case["what"]
+    feedforward = "known speed" in case["what"]
     gain = critical_gain(loop.delay)
     way = 1e3 * SPEED * loop.period
     held = way * (1 - 1 / loop.ticks) / 2

@@ -1,4 +1,4 @@
-"""Our arm beside something that stands still and touches its skin, as a session."""
+"""Session of the arm in contact with a ball."""
 
 from __future__ import annotations
 
@@ -26,25 +26,25 @@ from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 TICK = 0.005
 Act = Callable[[Session], None]
 Way = tuple[tuple[float, float], ...]
-"""Where a ball is: (seconds, metres along the skin's normal from where it starts)."""
+"""Motion of a ball: (time [s], distance along the skin's normal from its start [m])."""
 
 
 @cache
 def forearm() -> PreparedScene:
-    """Our arm with 400 taxels on its forearm: a pitch of 12 mm."""
+    """The shipped arm with 400 taxels on its forearm: a pitch of 12 mm."""
     scene = load_scene("arm")
     return prepare_cached(replace(scene, cover=replace(scene.cover, links=("forearm",), taxels=400), stimuli=()))
 
 
 def place_of(taxel: int, height: float, *, prepared: PreparedScene | None = None) -> np.ndarray:
-    """(3,) the point at a height over a taxel when the arm is at home [m], world frame."""
+    """Return the point (3,) at a height above a taxel with the arm at home [m], world frame."""
     prepared = prepared or forearm()
     at = prepared.skin.taxel_point(taxel)
     pose = Configuration(prepared.robot).pose(prepared.skin.link(at))
     return pose.points(prepared.skin.position(at)) + height * pose.directions(prepared.skin.normal(at))
 
 
-def beside_ball(
+def pressed_by_ball(
     settings: ControlSettings,
     *,
     prepared: PreparedScene | None = None,
@@ -62,24 +62,24 @@ def beside_ball(
     seed: int = 0,
     believed: TactileMap | None = None,
 ) -> Session:
-    """A ball pressed 1 mm into a taxel's place at the start.
+    """Return a session in which a ball is pressed into the skin at the start.
 
     Args:
-        settings: Of the controller.
+        settings: Settings of the controller.
         prepared: Robot, skin and map; by default ``forearm``.
-        taxel: Where.
-        radius: Of the ball [m].
-        depth: How deep it is pressed in [m].
-        friction: Of the contact.
-        leaves: Whether the ball goes 5 mm away after 2 s, and comes back at 4 s, instead of standing still.
-        way: Of the ball, when it moves.
-        along: The same along the forearm, first coordinate of the tangent plane; its times are those of ``way``.
-        stiffness: Of the skin's cover [N/m]; as usual by default.
-        layer: What else of the cover is not as usual.
+        taxel: Taxel at the contact.
+        radius: Radius of the ball [m].
+        depth: Initial depth of the ball in the skin [m].
+        friction: Friction coefficient of the contact.
+        leaves: Whether the ball retreats by 5 mm after 2 s and returns at 4 s, instead of staying fixed.
+        way: Motion of the ball along the normal.
+        along: Motion along the forearm, first coordinate of the tangent plane, at the times of ``way``.
+        stiffness: Stiffness of the cover [N/m], or None for the scene's own.
+        layer: Other properties of the cover that differ from the scene's.
         overrides: Effects of the scene.
-        tick: Of control [s].
-        seed: Of the sensor.
-        believed: The map that the controller has, if it is not the true one.
+        tick: Control period [s].
+        seed: Seed of the sensor.
+        believed: Map of the controller, if it differs from the true one.
     """
     prepared = prepared or forearm()
     if leaves:
@@ -128,20 +128,20 @@ def force_off_skin(session: Session) -> float:
 
 
 class Course:
-    """What happened, tick by tick.
+    """Record of a session at each tick.
 
     Attributes:
-        force: (k,) read of the strongest contact [N].
-        pressed: (k,) all that truly presses the skin [N].
+        force: (k,) force read of the strongest contact [N].
+        pressed: (k,) true total force on the skin [N].
         bare: (k,) normal force of all contacts of links without skin [N].
-        speed: (k,) of the fastest joint [rad/s].
-        posture: (k, n).
-        error: (k,) from the contact to where the task wants it, on the map [m]; nan without contact.
-        body_error: (k,) the same on the body, as the map believes [m].
-        way: (k,) walked along the path [m].
+        speed: (k,) speed of the fastest joint [rad/s].
+        posture: (k, n) posture.
+        error: (k,) distance on the map from the contact to the goal of the task [m]; NaN without contact.
+        body_error: (k,) the same distance on the body, according to the controller's map [m].
+        way: (k,) distance covered along the path [m].
         given: (k,) energy given to contacts [J].
-        why: All that limited the controller.
-        said: (k,) the limits tick by tick.
+        why: All limits of the controller that occurred.
+        said: (k,) the limits at each tick.
     """
 
     def __init__(self, session: Session, seconds: float, *, acts: Mapping[float, Act] | None = None) -> None:

@@ -1,6 +1,6 @@
-"""Transfers of a contact between two random places of a robot's skin, on the whole robot in its physics.
+"""Transfers of a contact between two random places of a robot's skin, simulated with the whole robot.
 
-A ball that stands still touches the first place while the robot is at home; the path that is wanted lies at the second.
+A fixed ball touches the first place while the robot is at home; the requested path is at the second place.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from tactile_maps.session.prepare import PreparedScene
 from tactile_maps.session.prepared_cache import prepare_cached
 from tactile_maps.simulation.model.model_assembly import assemble
 from tactile_maps.simulation.model.model_names import body_name
-from tests.support.pressed_arm import beside_ball, place_of
+from tests.support.pressed_arm import place_of, pressed_by_ball
 
 RADIUS = 0.03
 DEPTH = 0.001
@@ -31,31 +31,31 @@ SETTINGS = ControlSettings(
 HOLLOW = 0.005
 """A place is drawn only if the hull of its link, which collides, is nearer to it than this [m]."""
 LONGEST = 60.0
-"""Of a transfer, there and back [s]."""
+"""Time limit of a transfer and its return [s]."""
 SETTLED = 2.5
-"""How long a contact that has arrived is watched [s]."""
+"""Observation time after the contact has arrived [s]."""
 
 
 @cache
 def covered(name: str, taxels: int = 400) -> PreparedScene:
-    """A shipped scene with fewer taxels and nobody who touches."""
+    """A shipped scene with fewer taxels and without stimuli."""
     scene = load_scene(name)
     return prepare_cached(replace(scene, cover=replace(scene.cover, taxels=taxels), stimuli=()))
 
 
 @dataclass(frozen=True)
 class Transfer:
-    """What became of one.
+    """Result of a transfer.
 
     Attributes:
-        leaves, enters: Taxels.
-        outcome: ``arrived``, ``refused`` before anything moved, ``returned`` to the first place, ``lost``: neither, or
+        leaves, enters: First and second taxel.
+        outcome: ``arrived``, ``refused`` before any motion, ``returned`` to the first place, ``lost`` (neither), or
             ``stopped`` by the safety monitor.
-        limit: Why it failed.
+        limit: Reason for the failure.
         planned: Control ticks of planning.
-        seconds: From the first tick of planning to arrival.
-        peak: Of all that pressed the skin [N].
-        force: On the second place at the end, mean of the last half second [N].
+        seconds: Time from the first tick of planning to arrival [s].
+        peak: Largest total force on the skin [N].
+        force: Force at the second place, mean of the last half second [N].
         course: (k, n) postures from the first tick of planning to arrival.
     """
 
@@ -101,7 +101,7 @@ def _alone(prepared: PreparedScene, taxel: int) -> bool:
 
 @cache
 def touching_depth(prepared: PreparedScene, taxel: int) -> float:
-    """How far past the skin the ball is [m] when it is 1 mm inside the link's hull; over a hollow it is negative."""
+    """Return the depth of the ball in the skin [m] when it is 1 mm inside the link's hull; negative over a hollow."""
     link = prepared.skin.link(prepared.skin.taxel_point(taxel))
     low = -0.2
     high = DEPTH
@@ -116,7 +116,7 @@ def touching_depth(prepared: PreparedScene, taxel: int) -> float:
 
 @cache
 def collision_reference(prepared: PreparedScene) -> CollisionReference:
-    """One for all questions about a scene."""
+    """Return the cached collision reference of a scene."""
     return CollisionReference(prepared)
 
 
@@ -131,7 +131,7 @@ class CollisionReference:
         self._ball = body_name(ball)
 
     def move_ball(self, at: np.ndarray) -> None:
-        """To a place (3,) of the world [m]."""
+        """Move the ball to a position (3,) in the world [m]."""
         self._model.body_pos[self._model.body(self._ball).id] = at
 
     def contacts(self, posture: np.ndarray) -> list[tuple[frozenset[str], float]]:
@@ -163,7 +163,9 @@ def settings_to(prepared: PreparedScene, taxel: int) -> ControlSettings:
 def carry(prepared: PreparedScene, leaves: int, enters: int) -> Transfer:
     """Touch at one taxel with a path at the other, until the contact has arrived or it is refused."""
     depth = touching_depth(prepared, leaves)
-    session = beside_ball(settings_to(prepared, enters), prepared=prepared, taxel=leaves, radius=RADIUS, depth=depth)
+    session = pressed_by_ball(
+        settings_to(prepared, enters), prepared=prepared, taxel=leaves, radius=RADIUS, depth=depth
+    )
     tick = session.prepared.scene.tick
     course = list[np.ndarray]()
     forces = list[float]()

@@ -77,12 +77,12 @@ def test_clumps_are_of_one_taxel_and_no_wider_than_three_tenths_of_a_depth():
         assert members.any()
         assert len(set(points.taxel[members])) == 1
         assert np.ptp(points.positions[members], axis=0).max() <= 0.006
-    assert len(subsurface_field(SKIN, 1e-8).taxels) == len(points.areas), "a shallow taxel tells all of them apart"
+    assert len(subsurface_field(SKIN, 1e-8).taxels) == len(points.areas), "a shallow taxel resolves all points"
 
 
 @pytest.mark.long
 def test_clumps_are_felt_as_their_points():
-    """With a depth of four spacings: the taxel under a point, against the sum over all points."""
+    """The reading under a point, at a depth of four spacings, equals the sum over all points."""
     skin = each_point_a_taxel(bar_skin(finer=1))
     points = quadrature_points(skin)
     depth = 0.03

@@ -1,4 +1,4 @@
-"""A sensor that tells nothing, or nonsense: all dead, all stuck, all saturated, and drivers whose numbers are none."""
+"""Sensors without valid readings: all taxels dead, stuck or saturated, and drivers that send NaN or infinity."""
 
 from __future__ import annotations
 

@@ -139,7 +139,7 @@ SOLIDS = {
 
 
 def windings(mesh: Mesh, points):
-    """How often the mesh goes around each point: solid angles of all faces (van Oosterom and Strackee, 1983)."""
+    """Winding number of the mesh around each point, from solid angles (van Oosterom and Strackee, 1983)."""
     a, b, c = (mesh.vertices[mesh.faces[:, k]][None] - points[:, None] for k in range(3))
     la, lb, lc = (np.linalg.norm(v, axis=2) for v in (a, b, c))
     over = np.einsum("ijk,ijk->ij", a, np.cross(b, c))
@@ -212,7 +212,7 @@ def test_the_layer_behind_a_closed_surface_is_its_solid_down_to_the_depth():
 
 
 def test_the_layer_behind_an_open_surface_ends_at_its_border_and_not_at_seams():
-    """Two squares side by side, with vertices of their own; a third one stands on the far side of the second."""
+    """Two squares side by side, with vertices of their own; a third is perpendicular to the second at its far side."""
     corners = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], float)
     wall = np.array([(2, 0, 0), (2, 0, 1), (2, 1, 1), (2, 1, 0)], float)
     vertices = np.concatenate([corners, corners + [1, 0, 0], wall])

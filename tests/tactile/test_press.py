@@ -1,4 +1,4 @@
-"""A ball pressed on a skin that stands still."""
+"""A ball pressed on a fixed skin."""
 
 from __future__ import annotations
 

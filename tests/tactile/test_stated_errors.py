@@ -1,7 +1,7 @@
-"""The contact model that a scene gets never changes a wanted output by more than its stated error.
+"""The contact model chosen for a scene never changes a required output by more than its stated error.
 
-Errors are judged on the loads of each shipped scene as it is decided, against the most accurate model of each output:
-the load's own force and centre, and the half-space's pressures at the depth of the taxels.
+Errors are measured on the loads of each shipped scene with its own effects, against the most accurate model of each
+output: the load's own force and centre, and the half-space's pressures at the depth of the taxels.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from tactile_maps.tactile.sensors.sensor_effects import SensorEffects
 SECONDS = 8.0
 EVERY = 5
 LEAST = 0.1
-"""How long each scene runs [s], every how many ticks loads are judged, and from which force on [N]."""
+"""Duration of each scene [s], ticks between compared loads, and the smallest compared force [N]."""
 ROUNDING = 1e-12
 PRESSURES = {"pressure", "readings", "pressure_shape"}
 TOUCHING = [name for name in scene_names() if load_scene(name).unattended.effects.skin != "off"]

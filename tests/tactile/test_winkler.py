@@ -122,5 +122,5 @@ def test_a_force_outside_the_springs_has_no_balance(beyond):
 def test_a_force_in_a_hollow_of_the_springs_has_none():
     corner = np.array([[0.01, 0.0], [0.0, 0.01], [-0.001, 0.0], [0.0, -0.001]])
     found = rest(corner - [0.006, 0.006], np.zeros(4), np.full(4, 1e-5), 1e-8)
-    assert found.rounds > 0, "no line along the axes tells the force from the springs"
+    assert found.rounds > 0, "a search along the axes cannot find the force of the springs"
     assert not found.matched

@@ -43,7 +43,7 @@ def open_window():
     return window
 
 def live(window, ready):
-    # A second and a half after its map is there, everything stands where it stays.
+    # A second and a half after its map is there, the layout is final.
     window.live.prepared_changed.connect(lambda _prepared: QTimer.singleShot(1500, ready))
     scene = load_scene("arm")
     window.live.open_scene(replace(scene, stimuli=(), cover=replace(scene.cover, taxels=300)))
@@ -90,7 +90,7 @@ class RealApp:
         raise AssertionError("waited in vain")
 
     def read(self, name: str):
-        """Return the text that the app wrote last under a name; None if there is none."""
+        """Return the value that the app last wrote under a name, or None."""
         path = self.folder / name
         return json.loads(path.read_text()) if path.exists() else None
 

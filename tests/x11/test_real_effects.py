@@ -14,13 +14,13 @@ def place_of(widget, at):
 def ready():
     window.activateWindow()  # there is no window manager that would
     window.action("effects").trigger()
-    QTimer.singleShot(500, tell_box)
+    QTimer.singleShot(500, write_box)
 
-def tell_box():
+def write_box():
     box = panel.lines["friction"].box
     write("box.json", place_of(box, box.rect().center()))
 
-def tell():
+def write_state():
     view = panel.lines["friction"].box.view() if panel.lines else None
     if view is not None and view.isVisible():
         rows = {view.model().index(k, 0).data(): view.visualRect(view.model().index(k, 0)) for k in range(3)}
@@ -31,7 +31,7 @@ def tell():
                                "says": panel.lines["friction"].words[1]})
 
 timer = QTimer(window)
-timer.timeout.connect(tell)
+timer.timeout.connect(write_state)
 timer.start(100)
 live(window, ready)
 """
@@ -52,4 +52,4 @@ def test_friction_is_switched_on_while_it_runs(app):
     app.wait_for(lambda: session(app)["friction"])
     app.wait_for(lambda: session(app)["says"] == "on")
     after = session(app)
-    assert after["tick"] > before["tick"], "time went on"
+    assert after["tick"] > before["tick"], "time advanced"

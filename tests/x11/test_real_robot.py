@@ -11,7 +11,7 @@ import numpy as np
 window = open_window()
 view, output = window.robot_view, {}
 
-def tell(name, value):
+def report(name, value):
     if output.get(name) != value:
         output[name] = value
         write(name + ".json", value)
@@ -35,33 +35,33 @@ def hand_pixel():
             if body is not None and body.number == hand:
                 return QPoint(x, y)
 
-def tell_eye(_ms):
-    tell("eye", view.display.actors.viewpoint.eye.tolist())
+def report_eye(_ms):
+    report("eye", view.display.actors.viewpoint.eye.tolist())
 
-def tell_fingers(frame):
-    tell("fingers", [poke.id for poke in frame.pokes])
+def report_fingers(frame):
+    report("fingers", [poke.id for poke in frame.pokes])
 
-def tell_menu(*_place):
+def report_menu(*_place):
     menu = window.presenters.pointing.menu
-    menu.aboutToHide.connect(lambda: QTimer.singleShot(0, window, lambda: tell("closed", True)))
-    tell("menu", [] if menu is None else [entry.objectName() for entry in menu.actions()])
+    menu.aboutToHide.connect(lambda: QTimer.singleShot(0, window, lambda: report("closed", True)))
+    report("menu", [] if menu is None else [entry.objectName() for entry in menu.actions()])
 
-def tell_posture():
+def report_posture():
     editor = window.presenters.posture.editor
-    tell("posture", {"wanted": editor.target.tolist(), "gesture": editor.gesture})
+    report("posture", {"target": editor.target.tolist(), "gesture": editor.gesture})
     if window.views.tool.name == "posture":
-        tell("hand", on_screen(hand_pixel()))
+        report("hand", on_screen(hand_pixel()))
 
 def ready():
     window.activateWindow()  # there is no window manager that would
     window.hint_bar.hide()
-    tell("places", {"skin": on_screen(skin_pixel()), "home": window.live.prepared.robot.home.tolist()})
+    report("places", {"skin": on_screen(skin_pixel()), "home": window.live.prepared.robot.home.tolist()})
 
-view.display.drawn.connect(tell_eye)
-window.live.frame_ready.connect(tell_fingers)
-window.views.menu_requested.connect(tell_menu)
-window.presenters.posture.editor.changed.connect(tell_posture)
-window.presenters.tools.changed.connect(lambda _tool: tell_posture())
+view.display.drawn.connect(report_eye)
+window.live.frame_ready.connect(report_fingers)
+window.views.menu_requested.connect(report_menu)
+window.presenters.posture.editor.changed.connect(report_posture)
+window.presenters.tools.changed.connect(lambda _tool: report_posture())
 live(window, ready)
 """
 
@@ -100,7 +100,7 @@ def test_robot_view_with_a_real_mouse(app):
 
     def led():
         output = app.read("posture.json")
-        return output["gesture"] == "" and np.abs(np.subtract(output["wanted"], places["home"])).max() > 0.01
+        return output["gesture"] == "" and np.abs(np.subtract(output["target"], places["home"])).max() > 0.01
 
     app.wait_for(led)
     assert app.read("fingers.json"), "the finger that was left is still there"

@@ -14,9 +14,9 @@ bar, plots = window.timeline.findChild(ScrubBar), window.recording_plots
 def places(widget, height):
     return {str(t): widget.mapToGlobal(QPoint(round(widget.x_of(t)), height)).toTuple() for t in (0.5, 1.0, 1.5)}
 
-def tell(_what=None):
+def write_state(_change=None):
     span, menu = window.timeline.range, window.presenters.notes.menu
-    write("told.json", {
+    write("state.json", {
         "range": None if span is None else [span.start, span.end],
         "time": window.timeline.playhead.time,
         "view": plots.view.length,
@@ -34,11 +34,11 @@ def replay():
 def settle():
     if window.live.replay.player is not None and len(plots.times):
         settling.stop()
-        QTimer.singleShot(500, stand)  # the layout may still change with the curves
+        QTimer.singleShot(500, finish)  # the layout may still change with the curves
 
-def stand():
+def finish():
     window.activateWindow()  # there is no window manager that would
-    tell()
+    write_state()
     write("places.json", {"bar": places(bar, 20), "plots": places(plots, 40)})
 
 def ready():
@@ -50,7 +50,7 @@ recording, settling = QTimer(), QTimer()
 recording.timeout.connect(replay)
 settling.timeout.connect(settle)
 watch = QTimer()
-watch.timeout.connect(tell)
+watch.timeout.connect(write_state)
 watch.start(100)
 live(window, ready)
 """
@@ -67,15 +67,15 @@ def test_a_range_is_dragged_on_both_and_a_click_goes_there(app):
         app.hand("mousemove", *places["1.5"], "mouseup", 1, *(["keyup", "shift"] if shift else []))
 
     drag(bar, shift=True)
-    app.wait_for(lambda: app.read("told.json")["range"] == pytest.approx([0.5, 1.5], abs=0.02))
+    app.wait_for(lambda: app.read("state.json")["range"] == pytest.approx([0.5, 1.5], abs=0.02))
     app.hand("mousemove", *plots["1.0"], "click", 1)
-    app.wait_for(lambda: app.read("told.json")["time"] == pytest.approx(1.0, abs=0.02))
-    whole = app.read("told.json")["view"]
+    app.wait_for(lambda: app.read("state.json")["time"] == pytest.approx(1.0, abs=0.02))
+    whole = app.read("state.json")["view"]
     app.hand("click", 4, "click", 4)
-    app.wait_for(lambda: app.read("told.json")["view"] == pytest.approx(whole / 1.25**2, rel=0.01))
+    app.wait_for(lambda: app.read("state.json")["view"] == pytest.approx(whole / 1.25**2, rel=0.01))
     app.hand("click", "--repeat", 2, "--delay", 50, 1)
-    app.wait_for(lambda: app.read("told.json")["view"] == pytest.approx(whole))
+    app.wait_for(lambda: app.read("state.json")["view"] == pytest.approx(whole))
     app.hand("key", "ctrl+b")
-    app.wait_for(lambda: app.read("told.json")["marks"] == 1)
+    app.wait_for(lambda: app.read("state.json")["marks"] == 1)
     app.hand("mousemove", *bar["1.5"], "click", 3)
-    app.wait_for(lambda: app.read("told.json")["menu"])
+    app.wait_for(lambda: app.read("state.json")["menu"])

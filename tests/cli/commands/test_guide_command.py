@@ -1,4 +1,4 @@
-"""Where the guide's pages are."""
+"""The guide command prints the location of its pages."""
 
 from __future__ import annotations
 

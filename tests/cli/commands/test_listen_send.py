@@ -138,7 +138,7 @@ class Trial:
 
     @property
     def stopped(self) -> str:
-        """Why sending stopped, as the driver was told and as the program says."""
+        """Reason for stopping, as sent to the driver and as printed."""
         last = self.packets[-3:]
         assert [packet["state"] for packet in last] == ["stopped"] * 3
         assert {tuple(packet["velocities"].items()) for packet in last} == {(("hinge", 0.0),)}
@@ -254,7 +254,7 @@ def test_token_from_a_file_is_the_token(trial):
     assert "the token is given twice" in trial.capsys.readouterr().err
 
 
-@pytest.mark.skipif(not Path("/dev/full").exists(), reason="this system has no /dev/full to stand in for a full disk")
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="this system has no /dev/full to simulate a full disk")
 def test_recording_that_fails_is_the_reason_why_sending_stops(trial):
     def fill(trial):
         (opened,) = (

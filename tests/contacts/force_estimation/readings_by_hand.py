@@ -1,4 +1,4 @@
-"""One contact on the bar, under covers of different depth, as an estimator is given it."""
+"""Readings of a contact on the bar under covers of different depth, as an estimator receives them."""
 
 from __future__ import annotations
 

@@ -115,7 +115,7 @@ def test_least_squares_over_a_whole_map_turn_noise_into_force_and_segmented_ones
 
 @pytest.mark.long
 def test_a_deep_skin_keeps_the_total_and_loses_the_shape():
-    """At twice the pitch: plain least squares oscillate, Tikhonov and NNLS do not; the sum of all is fine anyway."""
+    """A depth of twice the pitch: least squares oscillate, Tikhonov and NNLS do not; every method keeps the sum."""
     matrix = area_blur(2 * PITCH)
     sizes = []
     totals = []
@@ -125,7 +125,7 @@ def test_a_deep_skin_keeps_the_total_and_loses_the_shape():
         sizes.append([AREA * np.abs(x).sum() for x in (plain, tikhonov, nnls(matrix, own)[0])])
         totals.append(AREA * tikhonov.sum() - 1)
         values = np.linalg.svd(matrix, compute_uv=False)
-        assert numerical_rank(values, own, noise, unknowns=len(own)).refusal, "no distribution is told"
+        assert numerical_rank(values, own, noise, unknowns=len(own)).refusal, "no distribution is reported"
     plain, tikhonov, nonnegative = np.mean(sizes, axis=0)
     assert plain > 20
     assert tikhonov == pytest.approx(2.3, rel=0.2)

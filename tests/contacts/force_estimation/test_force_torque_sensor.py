@@ -18,7 +18,7 @@ def wrench_at(point, force) -> Wrench:
 
 
 def test_pushes_all_over_an_arm_are_found_where_they_are():
-    """On tubes the line enters on the pushed side, never where it would leave."""
+    """The line of force enters a tube on the pushed side, and its exit is never chosen."""
     skin = arm().skin
     detector = ContactDetector(arm().map)
     lumped = ForceTorqueSensor(arm().skin)

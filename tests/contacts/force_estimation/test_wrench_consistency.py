@@ -71,7 +71,7 @@ def test_dragging_touch_next_to_a_weak_one_explains_the_wrench(drag):
 
 
 def test_forces_without_a_resultant_are_a_mismatch():
-    """Two that squeeze the bar: of their wrench nothing is left, and nothing in it tells how hard they press."""
+    """Two contacts squeeze the bar: their wrenches cancel, so the resultant contains nothing about their forces."""
     first, second = seen(ball(0.1), ball(0.3))
     found = mismatch((first, second), Wrench(np.zeros(3), np.zeros(3)))
     assert found is not None
@@ -79,7 +79,7 @@ def test_forces_without_a_resultant_are_a_mismatch():
 
 
 def test_noise_of_the_sensor_is_no_mismatch():
-    """4 standard deviations: of 300 readings beside a touch that presses nothing none is one."""
+    """The threshold is 4 standard deviations: none of 300 readings is a mismatch if the second contact has no force."""
     rng = np.random.default_rng(0)
     noise = 0.5
     true = wrench_of(ball(0.1))
@@ -91,7 +91,7 @@ def test_noise_of_the_sensor_is_no_mismatch():
 
 
 def test_one_body_over_a_gap_in_the_skin_is_one_touch():
-    """Two regions whose reaches meet: the force lies between them, and is no mismatch."""
+    """The force acts between two regions whose extents overlap, which is not a mismatch."""
     (region,) = seen(ball(0.2))
     reach = np.linalg.norm(POSITIONS[region.taxels] - region.link_position, axis=1).max()
     halves = [

@@ -36,7 +36,7 @@ def test_stiffness_is_nominal_until_it_is_measured():
 
 @pytest.mark.parametrize(("size", "most"), [(0.0, 1.1), (0.01, 1.3)])
 def test_approach_measures_the_stiffness(size, most):
-    """At the goal it may be stiffer than on the way there."""
+    """The contact may be stiffer at the goal than during the approach."""
     assert 0.97 < measured(STIFFNESS * APPROACH + noise(size), APPROACH).stiffness(3.0) / STIFFNESS < most
 
 

@@ -1,9 +1,9 @@
-"""A named catalogue of what is hard to control by touch, and what must come of each: the stated outcome.
+"""Catalogue of difficult cases for control by touch, each with its stated outcome.
 
-A ``HardCase`` says how to set it up on the whole arm, what must happen in words, and checks that. The groups lie in
-``control_postures``, ``_environments``, ``_sensing``, ``_maps`` and ``_events``, each with its ``CASES`` by name.
-What holds for all of them is ``check_bounds``: all finite, joints no faster than twice what laws ask for, a bound on
-the force that truly presses, whatever the sensor says, and words for whatever stops or holds up the arm.
+A ``HardCase`` sets up the whole arm, states the outcome in words, and checks it. The groups are in ``postures``,
+``environments``, ``sensing``, ``maps`` and ``events``, each with its ``CASES`` by name. ``check_bounds`` applies to all
+of them: finite values, joints no faster than twice the controllers' limit, a bound on the true force whatever the
+sensor reads, and a stated reason for whatever stops or limits the arm.
 """
 
 from __future__ import annotations
@@ -28,16 +28,16 @@ from tests.support.pressed_arm import Act, Course, forearm
 
 Check = Callable[[Course], None]
 GOAL = 3.0
-"""[N] that most cases want."""
+"""Force goal of most cases [N]."""
 GAIN = 0.015
-"""Force gain of the cases that do not say otherwise [m/s/N]: three times the usual, so that there is little room."""
+"""Force gain of most cases [m/s/N]: three times the default, so that the stability margin is small."""
 SOME = ("admittance", "hybrid", "qp")
 OTHERS = ("parallel", "projection", "priority", "hold_force")
 """Controllers that take turns where one case more says little new of each."""
 SERIES = 5500.0
 """Stiffness that the arm's own servo and a cover of 2e4 N/m have in series at the usual place [N/m]."""
 MASS = 5.0
-"""Of the arm, that meets something at the forearm [kg], about."""
+"""Approximate effective mass of the arm at the forearm [kg]."""
 
 
 STOPPED = tuple(kind for kind in LimitKind if kind.stops)
@@ -45,19 +45,19 @@ STOPPED = tuple(kind for kind in LimitKind if kind.stops)
 
 @dataclass(frozen=True)
 class HardCase:
-    """One situation.
+    """A difficult case with its stated outcome.
 
     Attributes:
-        stated: What must come of it, and why.
+        stated: Required outcome, with the reason.
         start: Builds the session from the controller's settings.
-        check: Whether it came.
-        settings: That are not as usual, besides the controller.
-        seconds: How long it takes.
-        acts: What happens to the session at which time [s].
-        force: That must never be reached by all that truly presses [N].
-        says: What must be among the limits of the controller: of each tuple one.
-        controllers: For which this is promised.
-        between: Whether it lies between two cases of its series that say as much: only with ``--all``.
+        check: Asserts the outcome.
+        settings: Settings that differ from the defaults, apart from the controller.
+        seconds: Duration [s].
+        acts: Actions on the session by time [s].
+        force: Bound on the true total force [N].
+        says: Required limits of the controller: one of each tuple.
+        controllers: Controllers for which the outcome is required.
+        between: Whether the neighbouring cases of its series cover it, so that it runs only with ``--all``.
     """
 
     stated: str
@@ -72,11 +72,11 @@ class HardCase:
     between: bool = False
 
     def session(self, controller: str) -> Session:
-        """From the start, under one controller."""
+        """Return a new session with a controller."""
         return self.start(ControlSettings(**{"controller": controller, "force_gain": GAIN, **self.settings}))
 
     def play(self, controller: str, *, seconds: float | None = None) -> Course:
-        """What happens under one controller."""
+        """Run the case with a controller."""
         return Course(self.session(controller), seconds or self.seconds, acts=self.acts)
 
 
@@ -112,7 +112,7 @@ def check_repeats(case: HardCase) -> None:
 
 
 def check_bounds(course: Course, case: HardCase) -> None:
-    """What holds for every case and controller."""
+    """Check the bounds of every case and controller."""
     for values in (course.force, course.pressed, course.speed, course.posture, course.given):
         assert np.isfinite(values).all()
     assert course.pressed.max() < case.force
@@ -138,7 +138,7 @@ def kept(goal: float = GOAL, *, within: float = 0.15, ripple: float = 0.15, seco
 
 
 def arrives(within: float = 0.002, *, seconds: float = 0.5) -> Check:
-    """The contact comes to where the task wants it, within so much on the map [m]."""
+    """The contact arrives at the goal of the task, ``within`` a distance on the map [m]."""
 
     def check(course: Course) -> None:
         error = course.last(course.error, seconds)
@@ -168,7 +168,7 @@ def both(*checks: Check) -> Check:
 
 
 def bounded_only(_course: Course) -> None:
-    """Nothing but what ``check_bounds`` demands."""
+    """Require nothing beyond ``check_bounds``."""
 
 
 def next_to_taxel(taxel: int, along: float, across: float) -> tuple[tuple[float, float]]:

@@ -8,36 +8,36 @@ from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.control.motion.limits import LimitKind
 from tactile_maps.session.session import Session
 from tests.control.hard_cases.case import OTHERS, SOME, STOPPED, HardCase, both, bounded_only, kept, rests
-from tests.support.pressed_arm import Course, beside_ball
+from tests.support.pressed_arm import Course, pressed_by_ball
 
 SWINGS = (LimitKind.OSCILLATION,)
 
 
 def cover(stiffness: float, depth: float):
-    """Beside the ball with a cover of that stiffness [N/m], pressed in so deep [m] at the start."""
-    return lambda settings: beside_ball(settings, stiffness=stiffness, depth=depth)
+    """Return a start at the ball with this stiffness of the cover [N/m] and initial depth [m]."""
+    return lambda settings: pressed_by_ball(settings, stiffness=stiffness, depth=depth)
 
 
 def foam(modulus: float, depth: float):
-    """Beside the ball with a cover that is a bed of springs, of a material of that modulus [Pa]."""
-    return lambda settings: beside_ball(
+    """Return a start at the ball with a cover of independent springs of this modulus [Pa]."""
+    return lambda settings: pressed_by_ball(
         settings, layer={"modulus": modulus}, overrides={"skin": "foundation"}, depth=depth
     )
 
 
 def rubbing(friction: float):
-    return lambda settings: beside_ball(settings, friction=friction)
+    return lambda settings: pressed_by_ball(settings, friction=friction)
 
 
 def to_and_fro(settings: ControlSettings) -> Session:
     """The ball goes 4 mm in and out, once a second."""
-    return beside_ball(settings, way=tuple((0.5 * k, 0.004 * (k % 2)) for k in range(12)))
+    return pressed_by_ball(settings, way=tuple((0.5 * k, 0.004 * (k % 2)) for k in range(12)))
 
 
 def along(settings: ControlSettings) -> Session:
     """The ball goes along the skin by 10 mm, to and fro."""
     times = [0.5 * k for k in range(12)]
-    return beside_ball(
+    return pressed_by_ball(
         settings, way=tuple((t, 0.0) for t in times), along=tuple((t, 0.01 * float(np.sin(1.6 * t))) for t in times)
     )
 
@@ -192,7 +192,7 @@ CASES: dict[str, HardCase] = {
     ),
     "a needle": HardCase(
         "a contact without area, 1 mm wide: its centre stays on a taxel until the next one feels it; bounded and kept",
-        lambda settings: beside_ball(settings, radius=0.001, depth=3e-4),
+        lambda settings: pressed_by_ball(settings, radius=0.001, depth=3e-4),
         both(kept(within=0.3, ripple=0.3)),
         PATH,
         seconds=4.0,
@@ -217,7 +217,7 @@ CASES: dict[str, HardCase] = {
     ),
     "the ball goes 5 mm away and comes back": HardCase(
         "the contact is sought at the speed of its error, lost, and held again: no kick, no windup",
-        lambda settings: beside_ball(settings, leaves=True),
+        lambda settings: pressed_by_ball(settings, leaves=True),
         kept(within=0.2),
         seconds=7.0,
         force=25.0,

@@ -11,7 +11,7 @@ from tactile_maps.control.motion.limits import LimitKind
 from tactile_maps.session.session import Session
 from tactile_maps.tactile.poke import Finger, PokeMoved, PokePressed, PokeReleased
 from tests.control.hard_cases.case import GOAL, OTHERS, SOME, STOPPED, HardCase, both, bounded_only, change, kept, rests
-from tests.support.pressed_arm import Course, beside_ball, forearm
+from tests.support.pressed_arm import Course, forearm, pressed_by_ball
 
 TAXEL = 150
 
@@ -27,7 +27,7 @@ def near_taxel() -> int:
 
 
 def far_taxel() -> int:
-    """One that is 60th nearest to the usual one on the map."""
+    """Return the taxel that is 60th nearest to the default taxel on the map."""
     points = forearm().map.taxel_points
     return int(np.argsort(np.linalg.norm(points - points[TAXEL], axis=1))[60])
 
@@ -47,7 +47,7 @@ def slide(taxel: Callable[[], int], *, finger: int = 1):
 
 
 def no_jumps(*times: float):
-    """The true force goes on over these moments [s]."""
+    """The true force is continuous at these times [s]."""
 
     def check(course: Course) -> None:
         for time in times:
@@ -89,7 +89,7 @@ SWITCHES = {
 CASES: dict[str, HardCase] = {
     "controllers are switched in mid-contact": HardCase(
         "each starts from the torque it finds: the force does not jump, and is kept by the last",
-        lambda settings: beside_ball(settings),
+        lambda settings: pressed_by_ball(settings),
         both(no_jumps(*SWITCHES), kept(within=0.3, ripple=0.3)),
         {"task": "hold_point"},
         seconds=4.5,
@@ -98,7 +98,7 @@ CASES: dict[str, HardCase] = {
     ),
     "the goal is changed in mid-contact": HardCase(
         "from 3 N to 6 N and back, without what the integral gathered in between",
-        lambda settings: beside_ball(settings),
+        lambda settings: pressed_by_ball(settings),
         kept(),
         seconds=4.0,
         force=9.0,
@@ -160,7 +160,7 @@ CASES: dict[str, HardCase] = {
             0.05: press(far_taxel, finger=2, speed=0.01, max_force=2.0),
         },
     ),
-    "a second contact, not wanted": HardCase(
+    "an unrelated second contact": HardCase(
         "the task is about the first; the second is a hand that presses as hard as it likes, and no harder",
         by_hand,
         both_bounded,
@@ -174,7 +174,7 @@ CASES: dict[str, HardCase] = {
         controllers=OTHERS,
     ),
     "hands off while it is stopped": HardCase(
-        "a stopped arm goes on once nothing has touched it for a second",
+        "a stopped arm continues once nothing has touched it for a second",
         by_hand,
         rests(0.5),
         {"max_force": 5.0, "force_gain": 0.001},

@@ -20,7 +20,7 @@ from tactile_maps.session.session import Session
 from tactile_maps.skin.calibration_error import with_calibration_error
 from tests.control.hard_cases.case import GOAL, OTHERS, SOME, HardCase, arrives, both, bounded_only, kept, next_to_taxel
 from tests.control.hard_cases.environments import led
-from tests.support.pressed_arm import Course, beside_ball, forearm
+from tests.support.pressed_arm import Course, forearm, pressed_by_ball
 
 TAXEL = 150
 _ASIDE = {"task": "hold_point", "path": next_to_taxel(TAXEL, 0.012, 0.009)}
@@ -61,19 +61,19 @@ def calibrated(sd: float, by: str, seed: int = 1) -> TactileMap:
 
 
 def believing(map_: TactileMap):
-    return lambda settings: beside_ball(settings, believed=map_)
+    return lambda settings: pressed_by_ball(settings, believed=map_)
 
 
 def wrong_normal(degrees: float):
-    return lambda settings: beside_ball(settings, believed=turned("tangent", degrees))
+    return lambda settings: pressed_by_ball(settings, believed=turned("tangent", degrees))
 
 
 def wrong_frame(degrees: float):
-    return lambda settings: beside_ball(settings, believed=turned("normal", degrees))
+    return lambda settings: pressed_by_ball(settings, believed=turned("normal", degrees))
 
 
 def wrong_places(sd: float, by: str):
-    return lambda settings: beside_ball(settings, believed=calibrated(sd, by))
+    return lambda settings: pressed_by_ball(settings, believed=calibrated(sd, by))
 
 
 def towards(share: float):
@@ -87,7 +87,7 @@ def towards(share: float):
 
 
 def moved_layout(session: Session) -> None:
-    """Somebody turns the whole map by 40 degrees and moves it aside, in mid-contact."""
+    """Rotate the whole map by 40 degrees and move it, during contact."""
     placements = tuple(
         replace(one, angle=one.angle + np.radians(40.0), offset=np.asarray(one.offset) + [0.1, -0.05])
         for one in session.map.layout.placements
@@ -107,11 +107,11 @@ def over_the_border(settings: ControlSettings) -> Session:
     map_ = forearm().map
     border = map_.outlines[0]
     away = np.linalg.norm(map_.taxel_points[:, None] - border[None], axis=2).min(axis=1)
-    return beside_ball(settings, taxel=int(away.argmin()))
+    return pressed_by_ball(settings, taxel=int(away.argmin()))
 
 
 def reads_the_goal(course: Course) -> None:
-    """What is read is right, whatever is."""
+    """The force that is read reaches the goal, whatever the true force is."""
     assert abs(course.last(course.force).mean() - GOAL) < 0.2
     assert course.last(course.force).std() < 0.2
 
@@ -119,7 +119,7 @@ def reads_the_goal(course: Course) -> None:
 def off_the_skin(settings: ControlSettings) -> Session:
     """A path that goes straight on for a metre."""
     (start,) = next_to_taxel(TAXEL, 0.0, 0.0)
-    return beside_ball(replace(settings, path=(start, (start[0], start[1] + 1.0))))
+    return pressed_by_ball(replace(settings, path=(start, (start[0], start[1] + 1.0))))
 
 
 PATH = {"task": "follow_path"}
@@ -219,7 +219,7 @@ CASES: dict[str, HardCase] = {
     ),
     "the map is edited in mid-contact": HardCase(
         "a held place of the body is the same on every map: nothing jumps",
-        lambda settings: beside_ball(settings),
+        lambda settings: pressed_by_ball(settings),
         goes_on,
         {"task": "hold_point"},
         seconds=4.0,
@@ -227,7 +227,7 @@ CASES: dict[str, HardCase] = {
         acts={2.0: moved_layout},
     ),
     "a contact over the skin's border": HardCase(
-        "only what lies on skin is felt, so it is pressed more: the force read is kept",
+        "only force on skin is measured, so the arm presses harder: the measured force is kept",
         over_the_border,
         reads_the_goal,
         seconds=4.0,

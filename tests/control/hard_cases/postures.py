@@ -22,14 +22,14 @@ from tests.control.hard_cases.case import (
     rests,
     stretched,
 )
-from tests.support.pressed_arm import Course, beside_ball
+from tests.support.pressed_arm import Course, pressed_by_ball
 from tests.support.touch import prepared_bar
 
 UNABLE = (LimitKind.WEAK_DIRECTION, LimitKind.JOINT_ACCELERATION)
 
 
 def stretched_arm(settings: ControlSettings, taxel: int = 150) -> Session:
-    return beside_ball(settings, prepared=stretched(), taxel=taxel, depth=0.0002)
+    return pressed_by_ball(settings, prepared=stretched(), taxel=taxel, depth=0.0002)
 
 
 def one_joint(settings: ControlSettings) -> Session:
@@ -90,7 +90,7 @@ CASES: dict[str, HardCase] = {
     ),
     "target out of reach": HardCase(
         "joints stop before the place is reached: the arm stays, keeps the force and says so",
-        lambda settings: beside_ball(settings, prepared=narrowed(0.06)),
+        lambda settings: pressed_by_ball(settings, prepared=narrowed(0.06)),
         both(kept(), rests(), stays_within(0.06)),
         {"task": "hold_point", "path": next_to_taxel(150, 0.035, 0.03)},
         seconds=6.0,
@@ -98,13 +98,13 @@ CASES: dict[str, HardCase] = {
     ),
     "joint limits on the path": HardCase(
         "two joints stop on the way: the others do what they can, within the limits and near the force",
-        lambda settings: beside_ball(settings, prepared=narrowed(0.01, "elbow_pitch", "shoulder_pitch")),
+        lambda settings: pressed_by_ball(settings, prepared=narrowed(0.01, "elbow_pitch", "shoulder_pitch")),
         stays_within(0.01),
         {"task": "follow_path"},
         seconds=5.0,
         says=((LimitKind.JOINT_LIMIT,),),
     ),
-    "one joint for three wishes": HardCase(
+    "one joint for three tasks": HardCase(
         "a place that only sliding sideways could reach: force first, in the end by all controllers",
         one_joint,
         both(kept(within=0.3, ripple=0.3), rests()),

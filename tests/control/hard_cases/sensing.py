@@ -11,19 +11,19 @@ from tactile_maps.control.motion.limits import LimitKind
 from tactile_maps.session.session import Session
 from tests.control.hard_cases.case import GOAL, OTHERS, SOME, HardCase, bounded_only, hammering, kept, scaled
 from tests.control.hard_cases.environments import led
-from tests.support.pressed_arm import Course, beside_ball, forearm
+from tests.support.pressed_arm import Course, forearm, pressed_by_ball
 
 TOO_MUCH = (LimitKind.FORCE_GAIN_UNSTABLE,)
 HELD = (LimitKind.FORCE_GAIN_HELD, LimitKind.POSITION_GAIN_HELD)
 
 
 def sensed(tick: float = 0.005, **overrides):
-    """Beside the ball with these effects of the sensor."""
-    return lambda settings: beside_ball(settings, overrides=overrides, tick=tick)
+    """Return a start at the ball with these effects of the sensor."""
+    return lambda settings: pressed_by_ball(settings, overrides=overrides, tick=tick)
 
 
 def read_at(rate: float, delay: int):
-    """Beside the ball with a skin read at a rate [Hz], so many samples late."""
+    """Return a start at the ball with a skin read at ``rate`` [Hz] and ``delay`` samples late."""
     sampling = {"rate": rate, "delay": delay / rate}
     return sensed(min(0.005, 1 / rate), sampling=sampling)
 
@@ -84,14 +84,14 @@ def swings_less_than(ripple: float, mean: float):
 
 
 def presses_no_more(course: Course) -> None:
-    """What truly presses does not go on rising, though less is read than is wanted."""
+    """The true force does not keep rising although the reading is below the goal."""
     assert course.force[-1] < GOAL
     assert np.ptp(course.last(course.pressed)) < 1.0
 
 
 def _blind(settings: ControlSettings) -> Session:
-    """Beside the ball with no taxel alive."""
-    return beside_ball(settings, overrides={"dead_taxels": {"dead": 1.0}})
+    """Return a session at the ball in which all taxels are dead."""
+    return pressed_by_ball(settings, overrides={"dead_taxels": {"dead": 1.0}})
 
 
 def feels_nothing(course: Course) -> None:

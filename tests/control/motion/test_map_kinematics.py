@@ -23,7 +23,7 @@ class Bench:
         return self.kinematics.jacobian(self.map.skin.taxel_point(taxel), "smoothed", self.configuration)
 
     def error(self, here, there):
-        """From a contact on one taxel to another taxel, and the Jacobian at the contact."""
+        """Return the error from a contact at one taxel to another taxel, and the Jacobian at the contact."""
         jacobian = self.jacobian(here)
         target = self.map.skin.taxel_point(there)
         return self.kinematics.error(target, touch_on(self.map, here, 1.0), jacobian, self.configuration), jacobian

@@ -78,7 +78,7 @@ def merged(posture, *contacts):
 
 @pytest.mark.parametrize("posture", [0.0, 0.7])
 def test_contact_on_a_border_has_the_force_of_both_sides_and_their_common_centre(posture):
-    """At 96 mm on one patch, and 2 + 106 mm from its beginning on the other, at any orientation of the link."""
+    """The contact is at 96 mm on one patch and 2 + 106 mm on the other, at any orientation of the link."""
     left, right = contact(BORDER, 0.096, force=2.0), contact(BORDER, 0.126, force=1.0, id_=2)
     one = merged(posture, left, right)
     assert (one.id, one.at, one.force) == (left.id, left.at, pytest.approx(3.0))
@@ -136,7 +136,7 @@ def test_path_waits_before_a_distant_place_until_the_contact_has_been_regrasped(
 
 
 def test_speed_is_measured_on_the_map_and_lag_on_the_body():
-    """In a patch drawn twice as large the contact moves half as fast on the body."""
+    """The contact moves half as fast on the body in a patch drawn at twice the size."""
     bench = Bench(MapKinematics(two_plates(scale=2.0)), (0.15, 0.1), (0.25, 0.1))
     ways, *_ = bench.follow(50)
     assert np.diff(ways) == pytest.approx(SPEED * TICK, abs=1e-8)

@@ -69,7 +69,7 @@ def test_seeds_are_near_solutions():
 
 
 def test_distance_out_of_reach_is_at_most_that_of_the_nearest_of_many_postures():
-    """The upper arm's places lie on a shell about the shoulder: a goal 0.1 m farther out is proved out of reach."""
+    """Points of the upper arm are on a shell about the shoulder: a goal 0.1 m farther out is proved unreachable."""
     places = places_of(UPPER_ARM, 3000)
     middle = (places.max(axis=0) + places.min(axis=0)) / 2
     far = int(np.linalg.norm(places - middle, axis=1).argmax())

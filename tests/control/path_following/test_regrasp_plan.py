@@ -42,7 +42,7 @@ def planned(leaves, enters, *obstacles) -> RegraspPlan:
 
 
 def ball(leaves, radius=0.03) -> Obstacle:
-    """What touches a taxel at home."""
+    """Return a ball that touches a taxel at the home posture."""
     here = reached(spot_of(leaves), arm().robot.home)
     return Obstacle("ball", Sphere(radius), Pose(np.eye(3), here.point + radius * here.normal))
 

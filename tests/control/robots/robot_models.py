@@ -24,10 +24,10 @@ FOLDER = Path(os.environ.get("TACTILE_MAPS_ROBOTS", "nowhere"))
 
 @dataclass(frozen=True)
 class RobotModel:
-    """One robot.
+    """Robot of the trials.
 
     Attributes:
-        name: Unique.
+        name: Unique name.
         source: Name of a robot of the library, MJCF text, or the end of the path of a file in a wheel.
         wheel: Distribution with the file; empty for a generated robot.
         links: Links with skin; by default those that the program chooses.

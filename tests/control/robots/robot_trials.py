@@ -1,4 +1,4 @@
-"""One trial of a controller on a robot, judged by true quantities of the simulation.
+"""Trial of a controller on a robot, evaluated with true quantities of the simulation.
 
 A fixed ball presses the skin at the start with about 1 N, at the place that ``place_to_press`` chooses: flat, with room
 around it, and well moved by the joints. Other places are not tried. ``press`` keeps 3 N, ``path`` leads the contact
@@ -92,7 +92,7 @@ NO_PLACE = "no place"
 
 @dataclass(frozen=True)
 class Trial:
-    """One cell of the grid."""
+    """A cell of the grid of trials."""
 
     posture: Posture
     stiffness: float
@@ -253,7 +253,7 @@ def ball_radius(prepared: PreparedScene) -> float:
 
 
 class Place:
-    """Where a robot is pressed at one posture: the taxel, the ball and the size of a path around it."""
+    """Contact of a robot at a posture: the taxel, the ball and the size of a path around it."""
 
     def __init__(self, prepared: PreparedScene) -> None:
         skin = prepared.skin
@@ -283,7 +283,7 @@ class Place:
         """Return the session of a trial; the ball presses with about 1 N once the arm has yielded to it."""
         layer = replace(self.prepared.scene.layer, stiffness=trial.stiffness)
         depth = min(1.0 / trial.stiffness + self._compliance, GOAL / trial.stiffness)
-        scene = self.beside(layer, depth=self.gap + depth)
+        scene = self.with_ball(layer, depth=self.gap + depth)
         if trial.task == "pushed":
             scene = _pushing(scene, self.outward)
         settings = ControlSettings(
@@ -297,7 +297,7 @@ class Place:
         sensor = replace(session.effects.sensor, sampling=Sampling(trial.rate, 0.02))
         return Session(scene, settings=settings, effects=replace(session.effects, sensor=sensor))
 
-    def beside(self, layer: ElasticLayer, depth: float) -> PreparedScene:
+    def with_ball(self, layer: ElasticLayer, depth: float) -> PreparedScene:
         """Return the robot with the fixed ball in the skin by ``depth`` [m]."""
         return with_fixed_ball(
             self.prepared, taxel=self.taxel, radius=self.radius, model="water-fill", layer=layer, depth=depth
@@ -319,7 +319,7 @@ class Place:
         Found by bisection with the simulation's own force: shapes of hollow links are in pieces, whose contacts are
         corrected.
         """
-        session = Session(self.beside(self.prepared.scene.layer, depth=0.0))
+        session = Session(self.with_ball(self.prepared.scene.layer, depth=0.0))
         model = session._simulation._model
         ball = model.body(body_name(session.prepared.objects[0].spec)).id
         start = model.body_pos[ball].copy()

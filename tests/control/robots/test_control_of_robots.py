@@ -150,7 +150,7 @@ def test_peak_of_an_impact_follows_from_the_masses(place, name, stiffness):
     step = 0.00025
     layer = replace(at.prepared.scene.layer, stiffness=stiffness, friction=0.0)
     assert isinstance(layer, ElasticLayer)
-    scene = at.beside(layer, depth=at.gap - 2e-4)
+    scene = at.with_ball(layer, depth=at.gap - 2e-4)
     (ball,) = scene.scene.objects
     fine = {**scene.scene.overrides, "timestep": step}
     falling = replace(scene.scene, objects=(replace(ball, mass=mass),), tick=step, overrides=fine)
@@ -209,7 +209,7 @@ def test_limited_approach_hits_as_hard_as_predicted(place, name, stiffness, max_
     step = 0.0005
     robot = at.prepared.robot
     layer = replace(at.prepared.scene.layer, stiffness=stiffness, friction=0.0)
-    scene = at.beside(layer, depth=at.gap - distance)
+    scene = at.with_ball(layer, depth=at.gap - distance)
     fine = replace(scene.scene, tick=step, overrides={**scene.scene.overrides, "timestep": step})
     settings = ControlSettings("hold_force", max_impact=max_impact, max_force=200.0)
     session = Session(replace(scene, scene=fine, objects=make_objects(fine)), settings=settings)

@@ -189,7 +189,7 @@ def test_contact_sticks_if_it_does_not_slide_and_the_arm_is_named_if_it_does_not
 
 
 def test_motion_that_falls_short_is_stated_with_its_figures():
-    """At 40 mm/s it is judged after 0.3 s."""
+    """Motion at 40 mm/s is evaluated after 0.3 s."""
     limit = detector(0.0, tried=0.05).reason
     assert (limit.kind, limit.value / limit.bound) == (SHORT, pytest.approx(0.05))
     assert 0.012 <= limit.bound < 0.013

@@ -1,6 +1,6 @@
 """The controllers against the theory of sampled loops (theory page, 5.5): stability, settling, ripple, Routh, lag.
 
-A plate of skin of 4 kg on three slides is pressed on a ball that stands still, without friction. Its joints are ideal,
+A plate of skin of 4 kg on three slides is pressed on a fixed ball without friction. Its joints are ideal,
 or simulated under the posture loop of 40 rad/s of all controllers, or under one ten times as fast. Where the simulator
 departs from the theory of ideal joints, the docstring says why, and the theory with that loop in it must agree.
 """
@@ -120,8 +120,8 @@ def test_parallel_controller_is_stable_up_to_the_bound_of_routh(inertia, place):
 def test_target_of_a_path_leads_by_its_speed_over_the_gain(delay):
     """e = v T / L without feed-forward: (1, 4, 6.75, 9.5) v T at the gain without overshoot.
 
-    The goal is known at once and the place late, so in truth the contact is nearer by v d T, or ahead if the controller
-    is told the speed; and the goal goes on between readings where ticks are shorter than the period.
+    The goal is known without delay and the contact with delay, so the true contact is nearer by v d T, or ahead if the
+    controller knows the speed. The goal moves between readings if ticks are shorter than the period.
     """
     bench = LoopTest(Loop(period=PERIOD, delay=delay))
     speed = 0.001
@@ -156,8 +156,8 @@ def test_simulated_force_loop_has_the_predicted_limit(delay):
 @pytest.mark.long
 @pytest.mark.parametrize("delay", [0, 2])
 def test_simulated_position_loop_differs_only_by_the_posture_loop(delay):
-    """At 40 rad/s the posture loop is still under way when the next reading is taken, which calms what would alternate
-    (place, no delay); at 400 rad/s it is not.
+    """A posture loop of 40 rad/s has not settled at the next reading, which damps the alternating case (place, no
+    delay); a loop of 400 rad/s has settled.
     """
     found, theory, explained = three("stability", OUR_SERVO, what="place", delay=delay)
     assert found == pytest.approx(explained, rel=0.04)
@@ -191,8 +191,8 @@ def test_simulated_settling_is_that_of_the_theory_with_the_posture_loop(delay):
 
 @pytest.mark.long
 def test_rotated_map_takes_more_time_than_a_stretched_one():
-    """At the best gain, one sample late. In the simulator the posture loop's lag of 50 ms is added; a controller with
-    the map's Jacobian pays nothing for stretch.
+    """Settling times at the best gain and one sample of delay. The simulator adds the posture loop's lag of 50 ms; a
+    controller with the map's Jacobian needs no extra time for stretch.
     """
     stretched, stretch_theory, _ = three("stretch", IDEAL_JOINTS, controller="projection", delay=1, x=2.0)
     turned, turn_theory, _ = three("turn", IDEAL_JOINTS, delay=1, x=30.0)

@@ -41,7 +41,7 @@ READINGS = {"every 5 ms": None, "20 Hz": Sampling(20.0, 0.0), "20 Hz, one late":
 
 
 def limit_at_run_time(setup: PathSetup, controller: str, *, ticks: int) -> tuple[ControlSettings, float]:
-    """As limited, after an approach from a light touch; and the limit that a session works out meanwhile [m/s/N]."""
+    """Return the limited settings after an approach from a light touch, and the gain limit of the session [m/s/N]."""
     requested = ControlSettings(controller=controller, task="hold_point", force_gain=0.05, force_goal=3.0)
     session = setup.session(replace(requested, force_goal=1.5))
     held = None

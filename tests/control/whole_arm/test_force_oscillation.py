@@ -37,7 +37,7 @@ def read_slowly(session: Session) -> Session:
 @pytest.mark.long
 @pytest.mark.parametrize("controller", ["projection", "hybrid", "hold_force"])
 def test_force_on_a_cover_that_responds_to_acceleration_becomes_calm(controller):
-    """Measured as 1 kN/m, it answers to the arm's acceleration as a much stiffer one: 0 to 8 N at 10 Hz."""
+    """The cover measures 1 kN/m but responds to acceleration like a much stiffer one: 0 to 8 N at 10 Hz."""
     scene = scene_for("arm")
     prepared = prepare_cached(
         replace(scene, cover=replace(scene.cover, links=(), taxels=1000, thickness=0.003), stimuli=(), motion=())

@@ -1,6 +1,6 @@
-"""One hour of simulated time: a bar rocks a weight on its skin, 900,000 steps; nothing drifts, grows or forgets.
+"""An hour of simulated time: a bar rocks a weight on its skin for 900,000 steps without drift or growth of memory.
 
-Cost: some seconds; the robot has one joint, and a tick is long.
+The test takes some seconds, because the robot has one joint and ticks are long.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ HOUR = 3600.0
 TICK = 0.4
 STEP = 0.004
 PERIOD = 4.0
-"""Of the rocking [s], a whole number of ticks."""
+"""Period of the rocking motion [s], a whole number of ticks."""
 MASS = 0.5
 _ROUND = round(PERIOD / TICK)
 _MINUTE = round(60 / TICK)
@@ -73,7 +73,7 @@ def hour() -> dict[str, np.ndarray]:
         if tick in (ticks // 6, ticks - 1):
             gc.collect()
             held.append(sys.getallocatedblocks())
-    assert len(session.inputs) == 1, "nobody did anything"
+    assert len(session.inputs) == 1, "no further input"
     return {"rows": rows, "held": np.array(held)}
 
 

@@ -26,7 +26,7 @@ from tactile_maps.session.prepared_cache import prepare_cached
 from tactile_maps.session.session import Session
 from tactile_maps.skin.model.skin import Patch, Skin
 from tactile_maps.skin.taxel_placement.sampling import place_evenly
-from tests.support.pressed_arm import Course, beside_ball, forearm
+from tests.support.pressed_arm import Course, forearm, pressed_by_ball
 
 pytestmark = pytest.mark.long
 
@@ -34,12 +34,12 @@ LINE = ControlSettings(controller="hybrid", task="follow_path", path_kind="polyl
 
 
 class Trip(Course):
-    """A course that also tells, tick by tick, how the path goes.
+    """A course with the progress along the path at each tick.
 
     Attributes:
-        piece: (k,) of the path.
-        regrasp: (k,) where it is.
-        link: (k,) touched; empty where none is.
+        piece: (k,) piece of the path.
+        regrasp: (k,) state of the regrasp.
+        link: (k,) touched link; empty without contact.
     """
 
     def __init__(self, session: Session, seconds: float, **more) -> None:
@@ -57,7 +57,7 @@ class Trip(Course):
 
     @property
     def states(self) -> list[State]:
-        """Of regrasps, one after the other."""
+        """Return the sequence of states of the regrasps."""
         return [now for before, now in zip([None, *self.regrasp], self.regrasp, strict=False) if now and now != before]
 
 
@@ -69,7 +69,7 @@ def two_links() -> PreparedScene:
 
 @cache
 def halves() -> PreparedScene:
-    """The forearm's skin in two patches with a gap of some millimetres between, beside each other on the map."""
+    """The forearm's skin in two patches with a gap of some millimetres, next to each other on the map."""
     prepared = forearm()
     whole = prepared.skin.patches[0].surface
     middle = whole.vertices[whole.faces].mean(axis=1)[:, 2]
@@ -82,10 +82,10 @@ def halves() -> PreparedScene:
     document = rotate(MapDocument.of(build_map(Skin(tuple(patches)))), [1], -np.pi / 2)
     (low, high), (left, _) = document.map.boxes
     document = move(document, [1], (high[0] + 0.005 - left[0], low[1] - left[1]))
-    beside = replace(prepared, skin=document.map.skin, map=document.map)
-    first, second = facing(beside)
+    halved = replace(prepared, skin=document.map.skin, map=document.map)
+    first, second = facing(halved)
     map_ = move(document, [1], (0.0, first[0][1] - second[0][1])).map
-    return replace(beside, skin=map_.skin, map=map_)
+    return replace(halved, skin=map_.skin, map=map_)
 
 
 def near(prepared: PreparedScene, patch: int, point) -> int:
@@ -95,7 +95,7 @@ def near(prepared: PreparedScene, patch: int, point) -> int:
 
 
 def on_map(prepared: PreparedScene, *places) -> tuple[tuple[float, float], ...]:
-    """Points of the map: of taxels, or as they are."""
+    """Return points of the map, given as taxels or as points."""
     points = [prepared.map.taxel_points[place] if isinstance(place, int | np.integer) else place for place in places]
     return tuple((float(x), float(y)) for x, y in points)
 
@@ -107,7 +107,7 @@ def bounded(trip: Trip, *, force=20.0) -> None:
 
 
 def over_a_seam(prepared: PreparedScene) -> tuple[int, tuple[tuple[float, float], ...]]:
-    """A taxel beside the seam of the forearm, and a line from it 25 mm beyond the seam, drawn off the patch."""
+    """Return a taxel near the seam of the forearm, and a line from it to 25 mm beyond the seam, outside the patch."""
     map_ = prepared.map
     seam = map_.seams[0]
     middles = seam.mean(axis=1)
@@ -125,7 +125,7 @@ def test_contact_continues_behind_a_seam():
     prepared = forearm()
     taxel, path = over_a_seam(prepared)
     assert prepared.map.to_body(np.array(path[1])) is None, "it is drawn off the patch"
-    session = beside_ball(replace(LINE, path=path, path_speed=0.01), taxel=taxel)
+    session = pressed_by_ball(replace(LINE, path=path, path_speed=0.01), taxel=taxel)
     trip = Trip(session, 4.5)
     bounded(trip)
     assert trip.states == []
@@ -156,7 +156,7 @@ def borders(prepared: PreparedScene, patch: int) -> list[Border]:
 
 
 def facing(prepared: PreparedScene) -> tuple[Border, Border]:
-    """Two sides, of one patch and of the other, that lie beside each other on the body."""
+    """Return two borders, one of each patch, that face each other on the body."""
     near_end = prepared.skin.patches[0].taxels.positions[:, 2].max()
     side = np.array([*forearm().skin.patches[0].taxels.positions[150, :2], near_end])
     first = min(borders(prepared, 0), key=lambda row: np.linalg.norm(row[2] - side))
@@ -166,7 +166,7 @@ def facing(prepared: PreparedScene) -> tuple[Border, Border]:
 
 
 def over_the_gap(prepared: PreparedScene) -> tuple[int, tuple[tuple[float, float], ...]]:
-    """A taxel of the first half beside the gap, and a path from it over the gap into the other half."""
+    """Return a taxel of the first half near the gap, and a path from it over the gap into the other half."""
     first, second = facing(prepared)
     path = [
         first[0] - 0.02 * first[1],
@@ -184,7 +184,7 @@ def test_contact_is_moved_straight_over_from_patch_to_patch_of_one_link(controll
     """The ball is felt by both patches at once, as two contacts: together they keep the force."""
     prepared = halves()
     taxel, path = over_the_gap(prepared)
-    session = beside_ball(
+    session = pressed_by_ball(
         replace(LINE, controller=controller, path=path, path_speed=0.01), prepared=prepared, taxel=taxel
     )
     trip = Trip(session, 5.0)
@@ -219,7 +219,9 @@ def test_contact_is_held_if_the_new_place_is_blocked():
     hand = near(prepared, 1, [0.03, 0.0, 0.06])
     far = near(prepared, 0, [-0.05, 0.0, 0.02])
     start = prepared.map.taxel_points[far]
-    session = beside_ball(replace(LINE, path=on_map(prepared, far, start + [0.0, 0.02])), prepared=prepared, taxel=hand)
+    session = pressed_by_ball(
+        replace(LINE, path=on_map(prepared, far, start + [0.0, 0.02])), prepared=prepared, taxel=hand
+    )
     trip = Trip(session, 7.0)
     bounded(trip)
     assert trip.states == [State.PLAN]
@@ -236,7 +238,7 @@ def test_arm_returns_home_if_the_object_leaves_during_a_regrasp():
     path = ((0.205, 0.195), (0.20, 0.10))
     taxel = int(np.linalg.norm(two_links().map.taxel_points - path[0], axis=1).argmin())
     way = ((0.0, 0.0), (1.5, 0.0), (2.0, 0.15), (60.0, 0.15))
-    trip = Trip(beside_ball(replace(LINE, path=path), prepared=two_links(), taxel=taxel, way=way), 20.0)
+    trip = Trip(pressed_by_ball(replace(LINE, path=path), prepared=two_links(), taxel=taxel, way=way), 20.0)
     bounded(trip)
     assert trip.states == [
         State.PLAN,
@@ -256,14 +258,14 @@ def test_changed_path_continues_at_the_contact():
     prepared = forearm()
     start = prepared.map.taxel_points[150]
     lines = [on_map(prepared, start, start + np.array([0.03, up])) for up in (0.0, 0.008)]
-    session = beside_ball(replace(LINE, path=lines[0], path_speed=0.01))
+    session = pressed_by_ball(replace(LINE, path=lines[0], path_speed=0.01))
     first = Trip(session, 2.0)
     session.submit(ControlChanged(replace(session.settings, path=lines[1])))
     second = Trip(session, 3.0)
     bounded(first)
     bounded(second)
     assert second.way[0] == pytest.approx(first.way[-1], abs=0.006)
-    assert np.abs(second.force[:40] - 3.0).max() < 1.0, "without a jump in force"
+    assert np.abs(second.force[:40] - 3.0).max() < 1.0, "without a step in the contact force"
     assert np.nanmedian(second.body_error) < 0.005
 
 
@@ -272,7 +274,7 @@ def test_drawn_path_keeps_its_place_when_patches_are_moved():
     """The path stays where it was drawn on the map; the contact is led to where that is on the skin now."""
     prepared = forearm()
     start = prepared.map.taxel_points[150]
-    session = beside_ball(replace(LINE, path=on_map(prepared, start, start + [0.03, 0.0]), path_speed=0.01))
+    session = pressed_by_ball(replace(LINE, path=on_map(prepared, start, start + [0.03, 0.0]), path_speed=0.01))
     Trip(session, 1.5)
     [placement] = prepared.map.layout.placements
     offset = (placement.offset[0], placement.offset[1] + 0.01)

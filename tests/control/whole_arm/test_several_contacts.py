@@ -104,7 +104,7 @@ def test_soft_and_stiff_finger_are_kept_at_the_goal_with_a_slow_skin(controller)
 @pytest.mark.long
 @pytest.mark.parametrize("controller", KEEPING)
 def test_contact_that_the_joints_cannot_also_relieve_is_reported(controller):
-    """In the middle of the upper arm the joints move the skin hardly outward."""
+    """The joints hardly move the skin outward in the middle of the upper arm."""
     taxels = taxel_of("forearm", 1 / 2), taxel_of("upper_arm", 1 / 2)
     forces, frame = pressed(controller, arm(), taxels, seconds=6.0)
     (limit,) = (limit for limit in frame.why_limited if limit.kind is LimitKind.CONTACTS_OPPOSED)

@@ -56,7 +56,7 @@ def test_shear_and_force_reach_their_goals_in_size_and_direction(controller):
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("controller", CONTROLLERS)
 def test_arm_yields_to_a_ball_that_is_pulled_with_more_than_the_limit(controller):
-    """At 10 mm/s over 30 mm; without limit the ball reaches its friction of 2 N."""
+    """The ball moves 30 mm at 10 mm/s; without a limit the shear reaches its friction of 2 N."""
     prepared = ball_on_forearm(((1.8, *DOWN[1:]), (4.8, 0.27, 0.08, 0.69), (9.0, 0.27, 0.08, 0.69)))
     largest = {}
     for most in (0.6, float("inf")):

@@ -18,7 +18,7 @@ from tactile_maps.simulation.simulation import Simulation
 from tactile_maps.tactile.poke import Finger, PokePressed, PokeReleased
 from tests.control.hard_cases.case import GOAL
 from tests.support.limits import kinds
-from tests.support.pressed_arm import TICK, Course, beside_ball, forearm
+from tests.support.pressed_arm import TICK, Course, forearm, pressed_by_ball
 from tests.support.touch import arm
 
 pytestmark = pytest.mark.long
@@ -34,7 +34,7 @@ def bounded(course: Course) -> None:
 
 def figure_of_eight(controller: str, *, taxel: int, radius: float = 0.03) -> Course:
     settings = ControlSettings(controller=controller, task="follow_path")
-    course = Course(beside_ball(settings, taxel=taxel, radius=radius), 10.0)
+    course = Course(pressed_by_ball(settings, taxel=taxel, radius=radius), 10.0)
     bounded(course)
     assert course.force[STEADY].mean() == pytest.approx(3.0, abs=0.1)
     assert np.nanmedian(course.body_error[STEADY]) < 0.002
@@ -82,7 +82,7 @@ def test_path_is_followed_where_a_bare_link_also_touches_the_ball(controller):
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("controller", CONTROL_SCHEMES)
 def test_point_drawn_elsewhere_is_reached_and_held(controller):
-    session = beside_ball(ControlSettings(controller=controller, task="hold_point"))
+    session = pressed_by_ball(ControlSettings(controller=controller, task="hold_point"))
     here = session.tick().regions[0].map_point
     target = (float(here[0]) + 0.012, float(here[1]) + 0.009)
     session.submit(ControlChanged(ControlSettings(controller=controller, task="hold_point", path=(target,))))
@@ -96,7 +96,7 @@ def test_point_drawn_elsewhere_is_reached_and_held(controller):
 @pytest.mark.long
 @pytest.mark.parametrize("controller", ["parallel", "projection"])
 def test_point_is_held_at_the_goal_against_a_finger_of_ten_times_the_force(controller):
-    """It goes on at 20 mm/s until it presses with 30 N."""
+    """The finger advances at 20 mm/s until it presses with 30 N."""
     session = Session(forearm(), settings=ControlSettings(controller=controller, task="hold_point"))
     session.submit(PokePressed(1, forearm().skin.taxel_point(150), Finger(speed=0.02, max_force=30.0)))
     course = Course(session, 6.0)
@@ -135,7 +135,7 @@ def test_force_settles_at_the_goal(goal, every):
 
 
 def test_force_without_integral_lags_by_the_speed_over_the_gain():
-    """In balance the arm retreats as fast as the finger comes: gain e = speed."""
+    """The arm retreats as fast as the finger advances in equilibrium: gain e = speed."""
     force, _ = pressed(forearm_taxels()[2], seconds=3.0, force_gain=0.015, gains="as_given", integral_time=float("inf"))
     assert force[-1] - 3.0 == pytest.approx(0.006 / 0.015, rel=0.05)
 
@@ -174,7 +174,7 @@ class Run:
     """
 
     def __init__(self, controller: str, where: slice, value: float) -> None:
-        scene = beside_ball(ControlSettings()).prepared
+        scene = pressed_by_ball(ControlSettings()).prepared
         simulation = Simulation(
             scene.robot, scene.skin, scene.scene.effects, objects=scene.objects, layer=scene.scene.layer, tick=TICK
         )

@@ -17,7 +17,7 @@ from tactile_maps.control.path_following.clearance import collision_model
 from tactile_maps.robots.library import icub_folder
 from tactile_maps.session.inputs import BehavioursChanged, ControlChanged, MapEdited
 from tactile_maps.session.prepare import PreparedScene
-from tests.support.pressed_arm import Course, beside_ball, place_of
+from tests.support.pressed_arm import Course, place_of, pressed_by_ball
 from tests.support.transfers import (
     RADIUS,
     SETTINGS,
@@ -37,7 +37,7 @@ DEEPEST = 5e-4
 
 
 def deepest(prepared: PreparedScene, done: Transfer, *, every: int = 1) -> float:
-    """How deep the robot was in itself, or links besides the two in the ball [m]; with looks between ticks."""
+    """Return the largest depth of self-collision, or of other links in the ball [m], also between ticks."""
     reference = collision_reference(prepared)
     skin = prepared.skin
     reference.move_ball(place_of(done.leaves, RADIUS - touching_depth(prepared, done.leaves), prepared=prepared))
@@ -91,7 +91,7 @@ def test_shapes_for_a_new_map_and_task_are_built_before_a_tick_in_either_order(o
     prepared = covered("arm")
     path = settings_to(covered("arm"), 1)
     moved = replace(prepared.map, skin=replace(prepared.skin))  # taxels believed elsewhere: another skin's value
-    session = beside_ball(
+    session = pressed_by_ball(
         replace(path, task="keep_force"), prepared=prepared, taxel=268, depth=touching_depth(prepared, 268)
     )
     inputs = {"map": MapEdited("edit", moved), "task": ControlChanged(path)}
@@ -111,7 +111,7 @@ def test_force_stays_bounded_where_joints_move_the_skin_along_rather_than_off(co
     prepared = covered("ur5e")
     settings = replace(SETTINGS, task="keep_force", controller=controller)
     depth = touching_depth(prepared, taxel)
-    course = Course(beside_ball(settings, prepared=prepared, taxel=taxel, radius=RADIUS, depth=depth), 1.0)
+    course = Course(pressed_by_ball(settings, prepared=prepared, taxel=taxel, radius=RADIUS, depth=depth), 1.0)
     assert course.pressed.max() < course.pressed[0] + 13.0
     assert not any(kind.stops for kind in course.why)
     if course.pressed.max() > course.pressed[0] + 11.0 and controller != "hold_force":
@@ -125,7 +125,7 @@ def test_no_shape_is_built_within_a_tick_for_a_regrasp(by):
     path = settings_to(covered("arm"), 1)
     collision_model.cache_clear()
     start = path if by == "scene" else replace(path, task="keep_force")
-    session = beside_ball(start, prepared=prepared, taxel=268, depth=touching_depth(prepared, 268))
+    session = pressed_by_ball(start, prepared=prepared, taxel=268, depth=touching_depth(prepared, 268))
     if by == "behaviour":  # on another touch than the one there is
         session.submit(BehavioursChanged((Behaviour(on="touch", then={"task": "follow_path"}),)))
     elif by == "submit":

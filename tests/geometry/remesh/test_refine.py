@@ -1,4 +1,4 @@
-"""A finer mesh has the shape of the coarse one, and vertices where they were asked for."""
+"""A refined mesh has the shape of the coarse one and vertices at the requested places."""
 
 from __future__ import annotations
 

@@ -91,11 +91,11 @@ def test_subdivisions_that_alternate_are_stitched_from_both_sides(gap: float) ->
 
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
-@pytest.mark.parametrize("how", ["as it is", "loose", "turned"])
+@pytest.mark.parametrize("how", ["unchanged", "loose", "turned"])
 def test_stitching_depends_on_the_shape_alone(scale: float, how: str) -> None:
     mesh = scaled(hard_mesh("round, refined at random"), scale)
     turn = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]
-    mesh = {"as it is": mesh, "loose": loose(mesh), "turned": Mesh(mesh.vertices @ turn, mesh.faces)}[how]
+    mesh = {"unchanged": mesh, "loose": loose(mesh), "turned": Mesh(mesh.vertices @ turn, mesh.faces)}[how]
     assert pieces(mesh) == 1
     assert counted(mesh)["t-junction"] == counted(hard_mesh("round, refined at random"))["t-junction"]
 
@@ -128,7 +128,7 @@ def test_an_opening_that_may_be_a_crack_is_reported_with_its_widest_gap(width: f
     assert found.count == 16
     gap = (
         2e3 * width * (np.sin(np.pi / 2) + np.sin(3 * np.pi / 8)) / 2
-    )  # of the middle of an edge beside the widest place
+    )  # of the middle of an edge next to the widest place
     assert f"up to {gap:.2g} mm apart" in found.action
     assert "merge their vertices" in found.action
 

@@ -202,7 +202,7 @@ def test_numbers_of_taxels_that_do_not_add_up_are_refused(count, touched, prepar
     floats = 6 * len(touched.posture) + len(touched.pressures) + 16 * len(touched.objects)
     row = PREFIX_BYTES + 8 + 8 + 8 * 4 + 8 * floats + POKE.itemsize * len(touched.pokes)
     at = row + REGION.fields["taxels.size"][1]
-    assert int.from_bytes(whole[at : at + 4], "little") == known, "this must be where the number stands"
+    assert int.from_bytes(whole[at : at + 4], "little") == known, "the number must be stored here"
     whole[at : at + 4] = count.to_bytes(4, "little", signed=True)
     with pytest.raises(RecordingError, match=r"regions\.taxels\.size"):
         decode_frame(bytes(whole), prepared)

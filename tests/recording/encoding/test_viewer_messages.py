@@ -31,10 +31,10 @@ def player(recording):
 
 
 @pytest.fixture(scope="module")
-def told(recording):
-    """By topic the (time [ns], message) that a decoder knowing nothing of us reads."""
+def by_topic(recording):
+    """(time [ns], message) by topic, read with a decoder that only knows the file's own schemas."""
     found = decoded(recording)
-    assert all(message.data for _, message in found["/frame"]), "ours: bytes to everybody else"
+    assert all(message.data for _, message in found["/frame"]), "our own topic: other decoders see only bytes"
     return {topic: messages for topic, messages in found.items() if topic != "/frame"}
 
 
@@ -62,27 +62,27 @@ def start_of(player):
     return int(player.versions["started_ns"])
 
 
-def test_every_topic_is_there_and_no_more_often_than_said(told, player):
-    assert set(told) == set(viewer_schemas(player.prepared))
-    assert len(told["/robot"]) == 1
-    for topic in set(told) - {"/robot", "/events"}:
-        assert len(told[topic]) == pytest.approx(RATE * player.duration, abs=2), topic
+def test_every_topic_is_present_at_its_stated_rate(by_topic, player):
+    assert set(by_topic) == set(viewer_schemas(player.prepared))
+    assert len(by_topic["/robot"]) == 1
+    for topic in set(by_topic) - {"/robot", "/events"}:
+        assert len(by_topic[topic]) == pytest.approx(RATE * player.duration, abs=2), topic
 
 
-def test_times_are_those_of_the_wall(told, player, recording):
-    """From when the recording began, onward by simulated time."""
+def test_times_are_wall_clock_times(by_topic, player, recording):
+    """Times start when the recording began and advance by simulated time."""
     assert abs(1e-9 * start_of(player) - recording.stat().st_mtime) < 600
-    frame = nearest(player, told["/tf"][3][0], start_of(player))
+    frame = nearest(player, by_topic["/tf"][3][0], start_of(player))
     at = start_of(player) + round(1e9 * frame.time)
-    assert abs(told["/tf"][3][0] - at) <= 1
-    stamp = told["/tactile_image"][3][1].timestamp
-    assert stamp.seconds * 10**9 + stamp.nanos == told["/tactile_image"][3][0]
+    assert abs(by_topic["/tf"][3][0] - at) <= 1
+    stamp = by_topic["/tactile_image"][3][1].timestamp
+    assert stamp.seconds * 10**9 + stamp.nanos == by_topic["/tactile_image"][3][0]
 
 
-def test_clouds_hold_every_taxel_with_its_pressure_in_its_links_frame(told, player):
+def test_clouds_hold_every_taxel_with_its_pressure_in_its_links_frame(by_topic, player):
     skin = player.prepared.skin
     seen = []
-    for topic, messages in told.items():
+    for topic, messages in by_topic.items():
         if not topic.startswith("/taxels/"):
             continue
         time, cloud = messages[len(messages) // 2]
@@ -101,8 +101,8 @@ def test_clouds_hold_every_taxel_with_its_pressure_in_its_links_frame(told, play
     assert sorted(seen) == list(range(len(skin)))
 
 
-def test_links_stand_where_the_posture_says(told, player):
-    time, message = told["/tf"][-1]
+def test_links_have_the_poses_of_the_posture(by_topic, player):
+    time, message = by_topic["/tf"][-1]
     configuration = Configuration(player.prepared.robot)
     configuration.update(nearest(player, time, start_of(player)).posture)
     assert {one.child_frame_id for one in message.transforms} >= {link.name for link in player.prepared.robot.links}
@@ -116,9 +116,9 @@ def test_links_stand_where_the_posture_says(told, player):
 
 
 @pytest.mark.long
-def test_contacts_point_into_the_skin_and_go_when_they_are_gone(told, player):
+def test_contacts_point_into_the_skin_and_disappear_when_lost(by_topic, player):
     touched = 0
-    for time, update in told["/contacts"]:
+    for time, update in by_topic["/contacts"]:
         frame = nearest(player, time, start_of(player))
         assert len(update.deletions) == 1
         assert [entity.id for entity in update.entities] == [f"contact {region.id}" for region in frame.regions]
@@ -135,16 +135,16 @@ def test_contacts_point_into_the_skin_and_go_when_they_are_gone(told, player):
     assert touched
 
 
-def test_images_events_joints_and_surfaces(told, player):
-    image = told["/tactile_image"][-1][1]
+def test_images_events_joints_and_surfaces(by_topic, player):
+    image = by_topic["/tactile_image"][-1][1]
     assert (image.encoding, image.step, len(image.data)) == ("rgb8", 3 * image.width, image.step * image.height)
-    texts = [message.message for _, message in told["/events"]]
+    texts = [message.message for _, message in by_topic["/events"]]
     assert [event.words for event in player.events] == [text for text in texts if not text.startswith("colours")]
     assert sum(text.startswith("colours") for text in texts) >= 1
-    time, joints = told["/joint_states"][5]
+    time, joints = by_topic["/joint_states"][5]
     frame = nearest(player, time, start_of(player))
     assert [joint.position for joint in joints.joints] == frame.posture.tolist()
-    surfaces = {entity.id: len(entity.triangles[0].indices) // 3 for entity in told["/robot"][0][1].entities}
+    surfaces = {entity.id: len(entity.triangles[0].indices) // 3 for entity in by_topic["/robot"][0][1].entities}
     robot = player.prepared.robot
     assert surfaces.items() >= {link.name: len(link.mesh.faces) for link in robot.links if link.mesh}.items()
 
@@ -168,16 +168,16 @@ def test_without_them_a_recording_replays_the_same(prepared, tmp_path):
     assert all(np.array_equal(a.pressures, b.pressures) and np.array_equal(a.posture, b.posture) for a, b in pairs)
 
 
-def test_a_recovered_recording_keeps_them(recording, tmp_path, told):
+def test_recovered_recording_keeps_viewer_messages(recording, tmp_path, by_topic):
     cut = tmp_path / "cut.mcap"
     cut.write_bytes(recording.read_bytes()[:-20_000])
     recover(cut, tmp_path / "whole.mcap")
     kept = decoded(tmp_path / "whole.mcap")
-    assert set(kept) == {*told, "/frame"}
-    assert [str(one) for one in kept["/tf"]] == [str(one) for one in told["/tf"][: len(kept["/tf"])]]
+    assert set(kept) == {*by_topic, "/frame"}
+    assert [str(one) for one in kept["/tf"]] == [str(one) for one in by_topic["/tf"][: len(kept["/tf"])]]
 
 
-def test_a_failure_is_told_as_fatal(prepared):
+def test_failure_is_reported_as_fatal(prepared):
     session = Session(prepared)
     failure = Failure(7, SimulationError("the physics gave up"), (), session.frame)
     ((topic, data),) = ViewerMessages(prepared, started=STARTED).of_failure(failure)

@@ -31,7 +31,7 @@ def test_the_curves_are_the_frames_numbers(recording):
     np.testing.assert_array_equal(columns["error"], errors)
 
 
-def test_what_is_chosen_is_read_beside(recording):
+def test_chosen_curves_are_read_in_addition(recording):
     player = RecordingPlayer(recording)
     frames = list(player)
     skin = player.prepared.skin

@@ -1,4 +1,4 @@
-"""A skin that places itself: what may be asked for, which links are chosen, and what comes of it."""
+"""Automatic covers: valid requests, chosen links and the resulting skin."""
 
 from __future__ import annotations
 
@@ -167,7 +167,7 @@ def test_limbs_are_chosen_before_larger_heads_boxes_and_trunks(tmp_path):
 
 
 def without_meshes(robot, *names):
-    """The robot with small boxes in place of the meshes of some links, as it is read without their files."""
+    """Return the robot with small boxes in place of the meshes of some links, like a robot with missing files."""
     box = Mesh(box_mesh(0.02).vertices + [0, 0, 0.15], box_mesh(0.02).faces)
     return replace(
         robot,
@@ -217,7 +217,7 @@ def hand(tmp_path):
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize(("taxels", "covered"), [(600, ["a_2", "b_2", "c_2"]), (60, ["palm"])])
 def test_other_links_are_covered_where_those_chosen_have_no_room(hand, taxels, covered):
-    """With few taxels the patches on the tips would have too few."""
+    """Patches on the tips would have too few taxels."""
     assert choose_links(hand) == ("a_1", "b_1", "c_1")
     skin = cover_robot(hand, CoverSpec(taxels=taxels))
     assert len(skin) == taxels

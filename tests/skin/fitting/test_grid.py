@@ -67,7 +67,7 @@ def test_taxels_beyond_an_edge_are_left_out_and_named():
 
 PAD = one_link(solid(trimesh.creation.box((0.026, 0.003, 0.067))), name="pad")
 LONG = GridSpec("pad", 6, 16, (-0.01, -0.0015, -0.03), (0.01, -0.0015, 0.03))
-"""Flat as it is mirrored; not mirrored its rows go around the long edges of the pad."""
+"""A grid on a flat pad when mirrored; not mirrored, its rows go around the long edges of the pad."""
 
 
 def _normals(skin):
@@ -127,8 +127,8 @@ def test_grids_are_added_and_replace_patches_below_them():
     assert [patch.name for patch in both.patches] == ["upper grid", "upper grid 2"]
     gone = only(both.findings, "patch-under-grid")
     assert (gone.where, gone.count) == ("upper", len(cover))
-    beside = add_grids(robot, cover, [replace(GRID, first=at(0.2, 0.24), last=at(0.8, 0.28))], thickness=0.002)
-    assert [patch.name for patch in beside.patches] == ["upper", "upper grid"]
+    apart = add_grids(robot, cover, [replace(GRID, first=at(0.2, 0.24), last=at(0.8, 0.28))], thickness=0.002)
+    assert [patch.name for patch in apart.patches] == ["upper", "upper grid"]
     alone = add_grids(robot, None, [GRID])
     assert len(alone) == 30
     assert add_grids(robot, cover, []) is cover

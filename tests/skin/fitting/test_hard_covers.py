@@ -1,5 +1,5 @@
-"""Laws of a skin that places itself, over the catalogue of hard meshes and the robots that are there; its queries and
-its wrapping against slow and plain answers.
+"""Properties of automatic covers over the catalogue of hard meshes and the installed robots; queries and wrapping are
+compared with slow reference methods.
 """
 
 from __future__ import annotations
@@ -193,7 +193,7 @@ def test_a_wrap_is_one_closed_surface_around_the_mesh(name, closing):
     assert len(np.unique(surface.faces)) == len(surface.vertices)
     winding = igl.winding_number(surface.vertices, surface.faces, np.ascontiguousarray(mesh.vertices))
     if name not in APART:
-        assert np.abs(winding - 1).max() < 1e-6, "the mesh lies inside, and the faces look outward"
+        assert np.abs(winding - 1).max() < 1e-6, "the mesh is inside, and the faces point outward"
     assert surface.face_areas.min() > 0
 
 

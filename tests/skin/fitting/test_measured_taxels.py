@@ -217,7 +217,7 @@ def cylinder(radius, height):
 
 
 def lost(robot, *names):
-    """The robot with small boxes in place of the meshes of some links, as it is read without their files."""
+    """Return the robot with small boxes in place of the meshes of some links, like a robot with missing files."""
     box = box_mesh(0.02)
     links = (replace(link, mesh=box, missing=("shell",)) if link.name in names else link for link in robot.links)
     return replace(robot, links=tuple(links))

@@ -35,7 +35,7 @@ FILES = {
     "lower_leg": "leg_lower",
     "foot": "foot",
 }
-"""The file that lies closest to each link, without its side."""
+"""File with the closest fit to each link, without its side."""
 
 
 @pytest.fixture(scope="module")
@@ -128,7 +128,7 @@ def test_every_real_file_is_close_to_its_link(whole, file):
     taxels = read_icub_positions(file)
     link = carrying_link(whole, taxels.link, file)
     match = match_frame(whole, link, taxels.positions, frames=icub_frames(whole, link))
-    limit = 0.0075 if file.stem in OLDER or "foot" in file.stem else 0.002  # the feet's skin lies inside their sole
+    limit = 0.0075 if file.stem in OLDER or "foot" in file.stem else 0.002  # the feet's skin is inside their sole
     assert match.median < limit
     assert np.quantile(match.away, 0.95) < 2 * limit + 0.002
 

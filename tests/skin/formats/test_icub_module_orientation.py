@@ -1,4 +1,4 @@
-"""Turned and mirrored modules are found where neighbours tell, and nothing is proposed where they do not."""
+"""Turned and mirrored modules are found from their neighbours; nothing is proposed where those are inconclusive."""
 
 from __future__ import annotations
 
@@ -150,7 +150,7 @@ def test_a_layout_of_another_patch_is_refused():
 @pytest.mark.parametrize(
     ("positions", "layout", "torn", "pairs", "contacts", "turned", "mirrored", "determined"),
     [
-        # The arm's modules touch at corners mostly, which cannot tell a turn from a mirror image.
+        # The arm's modules touch mostly at corners, which cannot distinguish a turn from a mirror image.
         ("left_arm", "left_arm_V2_7", 1, 44, 15, {38: 240}, {}, (11, 35, 0)),
         ("left_forearm_V2", "left_forearm_V2", 55, 69, 25, {}, dict.fromkeys(range(16), 0), (23, 24, 16)),
         ("torso", "torso", 7, 171, 50, {52: 120}, {}, (43, 44, 1)),

@@ -108,4 +108,4 @@ def test_positions_are_parsed_once_to_open_a_skin(files, monkeypatch):
         with pytest.raises(TactileMapsError, match="rod"):  # iCub has no link of that name
             open_skin(files["icub.txt"])
     assert (first, len(parsed)) == (1, 2)
-    assert opens == 2  # the first 4 kB to tell positions from tables, then the file
+    assert opens == 2  # the first 4 kB to distinguish positions from tables, then the file

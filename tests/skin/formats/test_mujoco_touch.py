@@ -179,7 +179,7 @@ def test_touch_sensors_are_the_same_skin_through_every_door(tmp_path):
         skin = load_robot_and_skin(scene)[1]
         np.testing.assert_array_equal(skin.areas, expected.areas)
         np.testing.assert_array_equal(skin.identity.ids, expected.identity.ids)
-    assert scene_for(str(path)).taxel_files == (), "a robot that is opened gets a cover, its sensors where asked for"
+    assert scene_for(str(path)).taxel_files == (), "an opened robot gets a cover, and its own sensors only on request"
     found = describe(str(path))
     assert (found["kind"], found["taxels"], found["touch_sensors"][:2]) == ("robot with taxels", 10, ["t8", "t7"])
 

@@ -87,7 +87,7 @@ def test_round_trip_keeps_taxels(taxels, ending):
         requested = by_number(taxels, name)
         found = by_number(back, name)
         if name == "normals" and flat:
-            continue  # one normal for all may be a dummy, and is told as one
+            continue  # a single normal for all may be a placeholder and is reported as one
         assert (requested is None) == (found is None), name
         if requested is not None:
             np.testing.assert_allclose(found, requested, rtol=0, atol=1e-12 if name == "normals" else 0, err_msg=name)
@@ -123,7 +123,7 @@ def test_any_confusion_of_modules_is_undone_or_at_least_untorn(states, seed):
 @examples(25)
 @given(st.floats(-10, 10), st.tuples(lengths, lengths), st.booleans())
 def test_any_map_reads_back_from_obj(angle, offset, mirrored):
-    # The second patch stands well apart from wherever the first may be put.
+    # The second patch is well apart from any position of the first.
     layout = MapLayout((Placement(angle, offset, mirrored), Placement(0.0, (50.0, 0.0))))
     moved = TactileMap(MAP.skin, MAP.charts, layout)
     with folder() as where:

@@ -23,7 +23,7 @@ def read(tmp_path, *sensors, head='<robot name="r">'):
     return read_urdf_taxels(path)
 
 
-def test_taxels_stand_in_the_sensor_and_the_sensor_on_its_link(tmp_path):
+def test_taxels_are_placed_in_the_sensor_and_the_sensor_on_its_link(tmp_path):
     taxel = (
         '<taxel idx="4" xyz="0.1 0 0" rpy="1.5707963267948966 0 0"><geometry><sphere radius="1"/></geometry></taxel>'
     )

@@ -103,7 +103,7 @@ def test_a_calibration_error_and_a_merged_link_keep_it():
 
 
 def scattered(positions):
-    """Taxels whose ids have gaps, fall and repeat; each place tells its id."""
+    """Return taxels whose ids have gaps, decrease and repeat; the id of each follows from its position."""
     count = len(positions)
     ids = (LARGEST_NUMBER - 7 * np.arange(count)) % LARGEST_NUMBER
     ids[-1] = ids[0]

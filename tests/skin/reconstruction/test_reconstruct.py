@@ -157,7 +157,7 @@ def test_what_the_file_noticed_is_passed_on():
 
 def test_sound_faces_of_the_file_are_kept():
     faces = np.array([[0, 1, 2], [0, 2, 3]])
-    # Nobody would join these by themselves: the sides are far longer than they are apart from others.
+    # These would not be joined by default: the sides are far longer than their distances to others.
     corners = np.array([[0, 0, 0], [1, 0, 0], [1, 0.01, 0], [0, 0.01, 0.0]])
     skin = check(taxel_set(corners, faces=faces))
     sides = {(0, 1), (1, 2), (2, 3), (0, 3)}

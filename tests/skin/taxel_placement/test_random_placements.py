@@ -58,7 +58,7 @@ def test_a_placement_has_its_number_feels_all_it_may_and_nothing_else(surface, t
 places = hnp.arrays(
     float,
     st.tuples(st.integers(1, 40), st.just(3)),
-    elements=st.integers(-6, 6).map(lambda k: 0.004 * k),  # many coincide, and many lie in rows and planes
+    elements=st.integers(-6, 6).map(lambda k: 0.004 * k),  # many coincide, and many are in rows and planes
 )
 
 

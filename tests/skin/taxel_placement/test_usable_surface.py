@@ -1,4 +1,4 @@
-"""Where skin can lie: visible from outside, clear of other links, in tidy components."""
+"""Surface usable for skin: visible from outside, clear of other links, in clean components."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One number of each figure, measured, predicted and explained."""
+"""A number of each figure: measured, predicted and explained."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def test_ideal_joints_agree_with_theory(figure, output, theory):
 
 @pytest.mark.long
 def test_feedforward_leads_by_the_delay():
-    measured, predicted, explained = row("behind", delay=2, what="in truth, told of it")
+    measured, predicted, explained = row("behind", delay=2, what="true lag with known speed")
     assert predicted == 0
     assert measured == pytest.approx(explained, rel=1e-6)
     assert explained == pytest.approx(1e3 * 0.001 * PERIOD * 2)

@@ -22,7 +22,7 @@ def test_curves_hold_the_nominal_and_the_bound_of_theory():
     assert panel.curves["measured"] == [(10.0, 5.0), (50.0, 3.0), (100.0, 2.5)]
     assert panel.curves[BOUND] == [(10.0, 3.0), (50.0, 0.6), (100.0, 0.3)]
     assert panel.intervals["measured"][0] == (10.0, 5.0, 5.0)
-    assert "posture loop" in figure.note, "why the simulator departs stands beside"
+    assert "posture loop" in figure.note, "the note says why the simulator differs"
 
 
 def test_each_jacobian_is_a_curve_that_begins_at_its_own_nominal():

@@ -1,4 +1,4 @@
-"""The run behind a row: as the study measured it, and refused where there is none."""
+"""Replay of the run of a row: equal to the measurement, and rejected for a row without a run."""
 
 from __future__ import annotations
 

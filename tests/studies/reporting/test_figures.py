@@ -1,4 +1,4 @@
-"""Figures: points lie where they were measured, and the SVG is whole, the same at every run and good on any page."""
+"""Figures: points are at the measured places; the SVG is complete, reproducible and readable on any page."""
 
 from __future__ import annotations
 
@@ -132,7 +132,7 @@ def test_bars_are_sorted_and_nan_is_omitted():
     names = [label.get_text() for label in axes.get_yticklabels()]
     assert names[::-1] == ["much", "<odd> & so", "little", "nothing", "below"]
     assert [bar.get_width() for bar in axes.patches][::-1] == [2.0, 1.0, 0.5, 0.0, -0.1]
-    assert {"2", "1", "0.5", "0", "-0.1"} <= {text.get_text() for text in axes.texts}, "numbers stand behind"
+    assert {"2", "1", "0.5", "0", "-0.1"} <= {text.get_text() for text in axes.texts}, "numbers follow"
     assert axes.get_xlabel() == "times & more"
 
 

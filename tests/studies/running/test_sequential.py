@@ -1,4 +1,4 @@
-"""Runs within a budget: whole seeds first, the same answers as the full study, and what is open said."""
+"""Runs within a budget: whole seeds first, the same results as the full study, and open questions are reported."""
 
 from __future__ import annotations
 

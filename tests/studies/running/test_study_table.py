@@ -1,4 +1,4 @@
-"""Tables of studies read back: those that ship, those written here, and those that are none."""
+"""Reading tables of studies: shipped tables, tables written here, and invalid files."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def test_rows_of_one_case_differ_by_texts_which_cannot_be_plotted():
     (point, *_) = table_points(table, table.rows, "scene", "change")
     assert point.pooled == ("effect",)
     twice = StudyTable(table.file, (*table.rows, *table.rows))
-    assert twice.case_columns == ["scene", "seconds"], "nothing tells a row from its copy"
+    assert twice.case_columns == ["scene", "seconds"], "a row and its copy are equal"
 
 
 def test_failures_are_infinite_and_missing_values_are_counted(table):

@@ -1,4 +1,4 @@
-"""Cases measured here or in processes: with their failures, their places, and rows as they are kept."""
+"""Cases measured in this process or in workers: failures, order and stored rows."""
 
 from __future__ import annotations
 

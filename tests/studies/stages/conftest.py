@@ -1,4 +1,4 @@
-"""A map of two bodies that theory knows: a tube, which lies flat without loss, and a hemisphere, which cannot."""
+"""A map of two bodies with known theory: a tube, which flattens without distortion, and a hemisphere, which cannot."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tactile_maps.studies.testbeds.reference_bodies import MESHES
 
 @pytest.fixture(scope="session")
 def bodies():
-    """Both patches, as they are flattened at first."""
+    """Return both patches with their initial maps."""
     patches = []
     for name in ("tube", "hemisphere"):
         surface = MESHES[name](600)

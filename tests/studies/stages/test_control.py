@@ -67,7 +67,7 @@ def test_click_takes_controller_and_speed_and_leaves_the_gains(subject):
     taken = check_settings(with_stage_setting(before, at("parallel", 30.0)))
     assert (taken.controller, taken.task, taken.path_speed) == ("parallel", "follow_path", 0.03)
     assert (taken.force_goal, taken.position_gain) == (5.0, 2.0)
-    assert stage_setting_of(taken) == at("parallel", 30.0), "and it is shown as the one in force"
+    assert stage_setting_of(taken) == at("parallel", 30.0), "and it is shown as the current setting"
     assert stage_setting_of(taken) in STAGE.settings(subject)
 
 

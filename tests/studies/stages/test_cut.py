@@ -1,4 +1,4 @@
-"""The cutting stage: the settings tried, the one in force, and more cuts bring what they must."""
+"""The cutting stage: tested settings, the current setting, and the expected effect of more cuts."""
 
 from __future__ import annotations
 

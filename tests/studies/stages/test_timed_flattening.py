@@ -70,7 +70,7 @@ def test_stamp_knows_drawn_seams_and_areas_of_interest():
 
 def test_seconds_of_several_patches_add_up(bodies, tube, hemisphere):
     def total(subject) -> float:
-        ticks = itertools.count()  # a clock that goes on whenever it is asked: one run is enough
+        ticks = itertools.count()  # a clock that advances at each call: one run is enough
         patches = chosen_patches(subject)
         made = flatten_timed(
             patches, [PatchRecipe("symmetric-dirichlet") for _ in patches], clock=lambda: float(next(ticks))

@@ -27,7 +27,7 @@ def test_every_model_is_tried_and_the_half_space_with_every_share(found, tube):
 def test_more_detailed_models_have_smaller_errors(found):
     assert found["point", None].errors["surface_percent"] > found["water-fill", None].errors["surface_percent"]
     felt = [found["half-space", share].errors["depth_percent"] for share in SHARES]
-    assert felt == sorted(felt, reverse=True), "wider fields tell more"
+    assert felt == sorted(felt, reverse=True), "wider receptive fields read more"
     assert felt[-1] < found["water-fill", None].errors["depth_percent"]
 
 

@@ -87,7 +87,7 @@ def test_figures_show_controllers_sensors_and_cost(rows):
     (panel,) = places.panels
     assert panel.title == "arm, line"
     assert panel.curves == {"hybrid": [(rows[0]["force_rms_N"], rows[0]["body_p95_mm"])]}
-    assert sensors.amounts == {"arm, line, skin": rows[0]["body_p95_mm"]}, "nobody went the eight"
+    assert sensors.amounts == {"arm, line, skin": rows[0]["body_p95_mm"]}, "no run of the figure of eight"
     assert cost.amounts == {"hybrid": rows[0]["control_ms"]}
     again = [{**row, "path": SECOND_CONTACT} for row in rows] + [
         {**rows[0], "path": SECOND_CONTACT, "body_p95_mm": None}

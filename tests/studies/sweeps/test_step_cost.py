@@ -34,7 +34,7 @@ def test_steady_contact_keeps_its_force(rows):
 
 @pytest.mark.long
 def test_bouncing_contact_is_lost_between_steps(rows):
-    """It seems still to whoever looks every other step; so every step is looked at."""
+    """The contact seems constant when sampled at every other step, so every step is checked."""
     assert rows[3]["lost_percent"] > 5
     assert rows[3]["ripple_percent"] > 50
 

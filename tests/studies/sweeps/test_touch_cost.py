@@ -136,7 +136,7 @@ def test_figures_have_a_panel_a_contact_and_a_curve_a_model(rows):
     drawn = figures(rows)
     assert len(drawn) == len(ERRORS) * len(MISPLACED_MM)
     assert set(drawn[0].panels[0].curves) == set(TITLES.values())
-    assert set(PHYSICS.values()).isdisjoint(drawn[-1].panels[0].curves), "they are told nothing that could be wrong"
+    assert set(PHYSICS.values()).isdisjoint(drawn[-1].panels[0].curves), "the simulator's contacts are never misplaced"
     assert len({figure.title for figure in drawn}) == len(drawn)
     for figure in drawn:
         assert len(figure.panels) == len(CONTACTS_MM)

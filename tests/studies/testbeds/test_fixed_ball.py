@@ -1,4 +1,4 @@
-"""A robot beside a ball, and a finger elsewhere."""
+"""A robot in contact with a fixed ball, and a finger elsewhere."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A robot beside a ball led along a path: where it is pressed, what is believed, and its true errors."""
+"""A contact with a ball that follows a path: start position, assumed skin, and true errors."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def test_ball_is_pressed_in_by_its_depth_and_touches_at_once():
     assert 0.5 < session.total_normal_force < 30.0
     (region,) = session.frame.regions
     assert np.linalg.norm(region.link_position - prepared.skin.position(prepared.skin.taxel_point(taxel))) < 0.008
-    assert prepared.scene.objects == (), "the robot that was given is as it was"
+    assert prepared.scene.objects == (), "the given robot is unchanged"
 
 
 def test_bare_robot_cannot_be_pressed():

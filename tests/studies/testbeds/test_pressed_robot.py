@@ -1,4 +1,4 @@
-"""A robot pressed by a probe: the scene, and what a run tells of it."""
+"""A robot pressed by a probe: the scene and the results of a run."""
 
 from __future__ import annotations
 

@@ -46,7 +46,7 @@ def test_force_is_winklers(touch):
 
 @pytest.mark.long
 def test_sum_over_pairs_is_the_transform(touch):
-    """On the few points around a touch, by both ways."""
+    """Both methods are compared at the few points around a touch."""
     near = np.linalg.norm(TESTED.dense.positions - touch.load.point, axis=1) < 0.006
     thin = np.flatnonzero(near)
     pressures = np.zeros(len(near))

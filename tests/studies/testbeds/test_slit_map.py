@@ -53,7 +53,7 @@ def test_path_about_the_place_leads_over_the_cuts_and_comes_back(prepared, count
     assert path.whole
     assert path.closed
     assert not path.crossings
-    assert len(path.points_on_map) > 2 * count  # broken where it goes on behind a seam
+    assert len(path.points_on_map) > 2 * count  # split where it continues behind a seam
     # The same way on the body as without cuts, but for what the map stretches.
     whole = SurfacePath(path_about("lemniscate", prepared.map.to_map(place), 0.03), SeamTransitions(prepared.map))
     reach = [

@@ -255,7 +255,7 @@ def test_points_at_the_border_of_a_flat_part_are_found():
     [pytest.param(False, id="convex first"), pytest.param(True, id="flat first", marks=pytest.mark.long)],
 )
 def test_readings_of_two_links_in_contact_agree_on_bent_skin(swapped):
-    """One side makes the force: what it reads, the other reads too, though both differ from the resultant."""
+    """One side determines the force; both sides read the same, though the reading differs from the resultant."""
     robot, flat = pair()
     left, right = flat.patches
     depth, y, z = 0.004, *left.surface.vertices.T[1:]

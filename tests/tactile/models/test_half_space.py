@@ -121,7 +121,7 @@ def test_the_far_side_of_a_thin_link_feels_nothing():
 
 
 def test_pads_average_what_comes_through_to_them():
-    """A uniform pressure is felt as it is, by cells and by pads."""
+    """Cells and pads read a uniform pressure unchanged."""
     points = quadrature_points(FINE)
     inner = (np.abs(places(FINE) - MIDDLE) < [0.04, 0.03, 1]).all(axis=1)
     for field in (None, disc_field(FINE, 0.003)):

@@ -32,7 +32,7 @@ def shifted(load: Load, by) -> Load:
 
 
 def off(skin: Skin, pressures, load: Load) -> float:
-    """How far along the skin the centre of pressure is from the load's [m]."""
+    """Distance along the skin between the centre of pressure and the load [m]."""
     forces = pressures * skin.areas
     aside = forces @ (at_places(skin) - load.point) / forces.sum()
     return float(np.linalg.norm(aside - (aside @ load.normal) * load.normal))
