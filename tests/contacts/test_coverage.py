@@ -101,12 +101,15 @@ def test_crosstalk_makes_no_force_uncertain(skin):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("skin", ["arm-300", "arm-500", "bar-300"])
-def test_threshold_of_wide_taxels_is_covered(skin):
-    """Most contacts are on one taxel, with a pitch of 12 to 30 mm, and the others lose up to the threshold of one."""
+@pytest.mark.parametrize(("skin", "highest"), [("arm-300", 0.73), ("arm-500", 0.73), ("bar-300", 0.77)])
+def test_threshold_of_wide_taxels_is_covered(skin, highest):
+    """Most contacts are on one taxel, with a pitch of 12 to 30 mm, and the others lose up to the threshold of one.
+
+    A fifth of those on the bar touch three taxels, which may be a wider body than these balls.
+    """
     found = coverage(skin, effect="threshold", count=3 * COUNT)
     assert found.stated[0] > 1000
-    assert_forces_are_covered(found)
+    assert_forces_are_covered(found, (0.63, highest))
 
 
 @pytest.mark.long
@@ -221,8 +224,8 @@ def test_coverage_does_not_depend_on_the_skin(skin, effect):
 OTHER_BODIES = {
     ("cylinder", "area averaging"): ((0.40, 0.60), (0.80, 0.93)),
     ("box", "area averaging"): ((0.35, 0.65), (0.70, 0.92)),
-    ("cylinder", "threshold"): ((0.25, 0.55), (0.75, 0.95)),
-    ("box", "threshold"): ((0.08, 0.35), (0.70, 0.92)),
+    ("cylinder", "threshold"): ((0.50, 0.73), (0.80, 0.98)),
+    ("box", "threshold"): ((0.45, 0.73), (0.78, 0.98)),
     ("cylinder", "saturation"): ((0.80, 1.0), (0.97, 1.0)),
     ("box", "saturation"): ((0.90, 1.0), (0.97, 1.0)),
     ("cylinder", "dead taxels"): ((0.40, 0.73), (0.90, 1.0)),

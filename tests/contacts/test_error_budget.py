@@ -173,13 +173,22 @@ def test_threshold_loses_the_rim_but_no_more_than_the_dark_taxels():
     assert parts(TWO, threshold=Threshold(100.0))["threshold"] == 0, "no dark taxel, nothing lost"
 
 
-def test_threshold_of_three_touched_taxels_loses_the_rim_of_a_wide_contact():
-    """The rim of two is at most 15 mm long, that of three is not limited."""
-    for count, rim in ((2, 0.015 / math.sqrt(AREA)), (3, 2 * math.pi * (3 / math.pi) ** 0.75 * math.sqrt(0.5))):
+def test_threshold_of_more_touched_taxels_loses_the_rim_of_a_wide_contact():
+    """The rim of one taxel is at most 15 mm long, that of two in most cases, and that of three is not limited."""
+    narrow = 0.015 / math.sqrt(AREA)
+    for count in (1, 2, 3):
+        whole = 2 * math.pi * (count / math.pi) ** 0.75 * math.sqrt(0.5)
+        usual = whole if count == 3 else narrow
+        most = narrow if count == 1 else whole
         forces = np.concatenate([np.ones(count), np.zeros(9)])
         readings = Readings(forces, np.full(count + 9, AREA), np.arange(count + 9), np.arange(count))
-        found = limits(readings, threshold=Threshold(0.5 / AREA))["threshold"]
-        assert found == pytest.approx(0.5 * max(2 * math.sqrt(rim**2 / 9 + rim / 5), (1.3 - 0.23 / rim) * (count < 3)))
+        threshold = Threshold(0.5 / AREA)
+        assert parts(readings, threshold=threshold)["threshold"] == pytest.approx(
+            0.5 * min(0.41 * usual, 0.5 * usual - 0.12 if count < 3 else math.inf)
+        )
+        assert limits(readings, threshold=threshold)["threshold"] == pytest.approx(
+            0.5 * max(2 * math.sqrt(most**2 / 9 + most / 5), 1.3 - 0.23 / narrow if count < 3 else 0.0)
+        )
 
 
 def test_readings_below_a_threshold_have_no_noise():

@@ -50,9 +50,9 @@ Pressure falls to zero at the rim of a contact with a slope of 2 peak / radius (
 that reaches x < h into the contact reads slope x² / 2 h, so those with x < (2 h at / slope)^½ are below the threshold
 and lose a third of it in the mean, a fifth of its square: m = 2 pi (n_t / pi)^¾ (at / peak)^½ taxels, at most n_d.
 Taxels that are wider than contacts have fewer on the rim: m is at most 15 mm / a^½ (the development set). Three or more
-touched taxels may be a face or a line that is wider: for 95 %, m is not bounded for these. At that bound, many contacts
-lose nothing and others up to the load of one taxel at the threshold: the factors of at a are at most 0.5 m - 0.12 and
-at least 1.3 - 0.23 / m (13 skins with pitches of 9 to 43 mm).
+touched taxels may be a wider contact, such as a line or a face: for these m is not bounded, and for 95 % not for two
+either. At that bound, many contacts lose nothing and others up to the load of one taxel at the threshold: the factors
+of at a are at most 0.5 m - 0.12 and at least 1.3 - 0.23 / m (13 skins with pitches of 9 to 43 mm).
 
 Saturated taxels only bound the force from below, and what the saturation cuts off grows with their number. Of a
 paraboloid with a peak of q times the limit they lose (q - 1) / 2 at A_s, and n_s grows with q. A taxel that is wider
@@ -159,8 +159,8 @@ _TURNING = 1.2
 """Change of a force within a tick, per change at the rate that earlier samples show; see the module."""
 _RIM = 0.015
 """Length of the rim of the widest contact that is expected on taxels that are wider than it [m]."""
-_WIDER = 3
-"""Number of touched taxels from which on a contact is wider than its taxels."""
+_WIDER = 3, 2
+"""Numbers of touched taxels from which on a contact may be wider than expected, for 68 % and 95 %."""
 _ONE_SIDED = ("hysteresis", "threshold", "saturation", "ring", "contact_model")
 """Parts whose true error makes the reading smaller."""
 _LOSSES = ("threshold", "saturation", "ring")
@@ -483,8 +483,11 @@ def _add_systematic(
         whole = min(_rim_taxels(count, limit / max(float(pressures.max()), limit)), dark)
         rim = min(whole, wide)
         usual, most = _rim_losses(rim, wide)
-        if count >= _WIDER:
-            most = max(most, _rim_losses(whole, math.inf).limit)
+        wider = _rim_losses(whole, math.inf)
+        if count >= _WIDER[0]:
+            usual = wider.standard
+        if count >= _WIDER[1]:
+            most = max(most, wider.limit)
         widths["threshold"] = Widths(limit * (usual * area + tails), limit * (most * area + tails))
         place += rim / 5 * (limit * area) ** 2 * float(squared.mean())
     if readings.estimated is not None:
