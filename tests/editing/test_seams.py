@@ -69,8 +69,9 @@ def test_erasing_an_edge_without_seam_is_rejected(document):
         with pytest.raises(MapError, match="two ends"):
             draw_seam(document, 1, through)
     for vertex in (-1, 10_000):
-        with pytest.raises(MapError, match="no such vertex"):
+        with pytest.raises(MapError, match="no such vertex") as error:
             draw_seam(document, 1, [0, vertex])
+        assert error.value.value == vertex
     with pytest.raises(MapError, match="unknown patch"):
         draw_seam(document, 9, [0, 1])
 

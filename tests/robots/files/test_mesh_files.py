@@ -132,6 +132,12 @@ def test_unit_is_assumed_from_the_size_and_reported(scale, kinds):
     assert (metres is mesh) == (scale <= 10)
 
 
+def test_box_is_closed_with_outward_faces():
+    corners = box_mesh(0.5).corners
+    volumes = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6
+    np.testing.assert_allclose(volumes, 0.5**3 / 12)
+
+
 def test_body_far_from_the_origin_is_reported():
     mesh = box_mesh(1.0)
     there = Mesh(mesh.vertices + [1e6, 0, 0], mesh.faces)

@@ -307,7 +307,10 @@ def test_reassigned_space_no_longer_pauses(window, sheet, qtbot):
 
 
 def test_keys_are_stored_and_reset(window, sheet):
+    sheet.choose("poke")
+    assert not sheet.editor.reset.isEnabled()
     press(sheet, "poke", KEY.Key_U)
+    assert sheet.editor.reset.isEnabled(), "only a changed key can be reset"
     sheet.choose("undo")
     QTest.mouseClick(sheet.editor.remove, Qt.MouseButton.LeftButton)
     path = window.settings._store.fileName()

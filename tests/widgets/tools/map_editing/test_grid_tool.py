@@ -54,7 +54,9 @@ def test_two_clicks_are_opposite_corners_of_a_preview(tool, editor):
     assert not press(tool, None)
     assert press(tool, first)
     assert (tool.spec, tool.words) == (None, "Click the opposite corner")
+    assert [tool.overrides_shortcut(key) for key in (Qt.Key.Key_Backspace, Qt.Key.Key_Up)] == [True, False]
     assert press(tool, last)
+    assert tool.overrides_shortcut(Qt.Key.Key_Up)
     spec = tool.spec
     assert (spec.link, spec.rows, spec.columns) == ("link 0", 8, 8)
     np.testing.assert_allclose([spec.first, spec.last], [skin.position(first), skin.position(last)])
