@@ -32,16 +32,16 @@ MOST: dict[str, tuple[int, int]] = {
     "app/tactile_maps/core": (0, 3),
     "app/tactile_maps/editing": (0, 1),
     "app/tactile_maps/geometry": (0, 3),
-    "app/tactile_maps/live": (0, 5),
+    "app/tactile_maps/live": (0, 4),
     "app/tactile_maps/maps": (0, 7),
     "app/tactile_maps/recording": (0, 1),
     "app/tactile_maps/robots": (0, 1),
     "app/tactile_maps/scene": (0, 8),
     "app/tactile_maps/studies": (5, 0),
-    "tests": (50, 324),
+    "tests": (5, 177),
     "widgets/tactile_widgets": (0, 1),
     "widgets/tactile_widgets/panels": (0, 1),
-    "widgets/tactile_widgets/presenters": (1, 13),
+    "widgets/tactile_widgets/presenters": (0, 13),
 }
 """Docstrings and names by folder, at most; lower the numbers with every change that lowers the counts."""
 

@@ -1,4 +1,4 @@
-"""One control tick, its stages, and a tick with all effects off, as multiples of ``mj_step`` in the same run."""
+"""Cost of a control tick, its stages, and a tick without effects, as multiples of ``mj_step`` in the same run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Arrays belong to their values, and nobody else can change them."""
+"""Arrays belong to their values and are read-only for others."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def test_refreeze_makes_pickled_arrays_read_only(wrap):
         return value
 
     copy = pickle.loads(pickle.dumps(wrap(readonly([1.0]))))
-    assert array_in(copy).flags.writeable, "otherwise there is nothing to restore"
+    assert array_in(copy).flags.writeable, "a read-only copy would leave nothing to restore"
     refreeze(copy)
     assert not array_in(copy).flags.writeable
 

@@ -93,7 +93,7 @@ def test_at_returns_the_error_with_its_place():
     moved = error.at(file="a.obj", place="mesh 1, face 3")
     assert type(moved) is MeshError
     assert str(moved) == "a.obj, mesh 1, face 3: it is broken (found: 0). Mend it."
-    assert str(error) == "face 3: it is broken (found: 0). Mend it.", "the first stays as it was"
+    assert str(error) == "face 3: it is broken (found: 0). Mend it.", "the first is unchanged"
     other = error.at(kind=SkinError, problem="the skin is broken", value=False, remedy="Cover it anew")
     assert type(other) is SkinError
     assert str(other) == "face 3: the skin is broken (found: False). Cover it anew."

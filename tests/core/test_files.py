@@ -63,7 +63,7 @@ def test_packed_arrays_are_unpacked_unchanged():
 
 
 def test_failed_write_keeps_the_old_file(tmp_path, monkeypatch):
-    """The disk is full, which the last bytes tell."""
+    """A full disk is detected when the last bytes are flushed."""
     path = tmp_path / "map.npz"
     path.write_bytes(b"before")
 

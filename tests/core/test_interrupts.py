@@ -66,7 +66,7 @@ def test_ending_signal_is_raised_once_and_waits_for_a_held_block(number):
 
     def work():
         with signals_raised():
-            # Otherwise the signal would end the test run.
+            # Without it the signal would end the test run.
             assert all(callable(signal.getsignal(one)) for one in ENDING)
             try:
                 with interrupts_held():

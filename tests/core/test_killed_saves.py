@@ -78,7 +78,7 @@ SAVES: dict[str, Callable[..., None]] = {
 
 
 def old_or_new(folder: Path, name: str) -> int:
-    """How many system calls a save made; each instant between them leaves the file whole."""
+    """Return the number of system calls of a save; a kill between any two leaves the file complete."""
     path = folder / name
     save = SAVES[name]
     save(path, moved=True)
@@ -144,7 +144,7 @@ def recovered(folder: Path, every: int) -> list[bool]:
 
 
 def claimed(folder: Path) -> int:
-    """System calls of claiming a folder; whoever ends in the middle keeps none from others."""
+    """Return the number of system calls for claiming a folder; a process killed in between blocks no other."""
     (folder / "1").mkdir()
     (folder / "1" / "copy").write_bytes(b"unsaved")
     tried = 0

@@ -1,4 +1,4 @@
-"""Plug-ins of an installed package work through the public doors; what is wrong with one is told."""
+"""Plug-ins of an installed package work through the public interface; a faulty one is reported."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ ALL = (CONTACT_MODELS, METHODS, SENSOR_STAGES, CONTROLLERS, FORCE_ESTIMATORS, TA
 def site(tmp_path_factory):
     """A folder with both packages, installed as a person installs them, from here alone."""
     folder = tmp_path_factory.mktemp("site")
-    sources = folder / "sources"  # building writes beside the sources
+    sources = folder / "sources"  # building writes into the folder of the sources
     for name in ("example", "broken"):
         (sources / name).mkdir(parents=True)
         for file in (PACKAGES / name).glob("*.*"):

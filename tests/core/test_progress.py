@@ -1,4 +1,4 @@
-"""A part of a work is told as its share of the whole."""
+"""Progress of a part is reported as its share of the whole."""
 
 from __future__ import annotations
 

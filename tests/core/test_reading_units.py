@@ -1,4 +1,4 @@
-"""Units are told in one place; no force is claimed of what is not calibrated."""
+"""Units are defined in one place; readings without calibration give no force."""
 
 from __future__ import annotations
 

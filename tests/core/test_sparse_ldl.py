@@ -1,4 +1,4 @@
-"""Factored systems: the right answer, the pattern reused, and a named refusal where there is none."""
+"""Factorised systems: correct solution, reuse of the pattern, and a named error for singular systems."""
 
 from __future__ import annotations
 

@@ -120,7 +120,7 @@ def test_any_keys_and_values_are_found(table, blank):
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "expected"),
     [
         ("5 mm", "Lengths are in metres: write 0.005"),
         ("1.5cm", "write 0.015"),
@@ -138,8 +138,8 @@ def test_any_keys_and_values_are_found(table, blank):
         ("1 2", "Write a number"),
     ],
 )
-def test_remedy_states_the_number_to_write(text, told):
-    assert told.lower() in number_remedy(text).lower()
+def test_remedy_states_the_number_to_write(text, expected):
+    assert expected.lower() in number_remedy(text).lower()
 
 
 def test_numbers_of_any_size_become_floats():

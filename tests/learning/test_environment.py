@@ -1,4 +1,4 @@
-"""Actions are taken as they are, or refused by name; a fault of the physics ends the episode."""
+"""Actions are applied unchanged or rejected with a named error; a failure of the physics ends the episode."""
 
 import numpy as np
 import pytest

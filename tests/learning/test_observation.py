@@ -9,7 +9,7 @@ from tactile_maps.session.session import Session
 
 
 @pytest.mark.long
-def test_a_frame_is_told_in_numbers_of_the_spaces():
+def test_observation_of_a_frame_fits_the_spaces():
     prepared = prepared_arm(300)
     session = Session.of(prepared.robot, prepared.map)
     observer = FrameObserver(prepared.robot, prepared.map)

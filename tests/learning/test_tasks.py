@@ -1,4 +1,4 @@
-"""Each environment is one that Gymnasium accepts, the same under the same seed, and pays for what it says it wants."""
+"""Every environment passes Gymnasium's checks, is reproducible with a seed, and rewards its stated goal."""
 
 import gymnasium
 import numpy as np
@@ -20,16 +20,16 @@ def course(environment, seed, steps=30):
     """Observations, rewards and ends of an episode under random actions."""
     first, _ = environment.reset(seed=seed)
     rng = np.random.default_rng(1)
-    told = [first]
+    observations = [first]
     rewards = []
     for _ in range(steps):
         size = environment.action_space.shape
         seen, reward, *ends, _ = environment.step(rng.uniform(-1, 1, size).astype(np.float32))
-        told.append(seen)
+        observations.append(seen)
         rewards.append((reward, *ends))
         if any(ends):
             break
-    return told, rewards
+    return observations, rewards
 
 
 @pytest.mark.sampled(1)
@@ -46,10 +46,10 @@ def test_gymnasium_accepts_it_without_a_warning(name, action):
 @pytest.mark.parametrize("name", ["Follow", "Retreat", "Explore"])
 @pytest.mark.parametrize("action", ["joint_velocity", "map_target"])
 def test_the_same_seed_gives_the_same_episode_and_another_gives_another(name, action):
-    (told, rewards), (again, same), (others, _) = (course(made(name, action), seed) for seed in (3, 3, 4))
+    (observations, rewards), (again, same), (others, _) = (course(made(name, action), seed) for seed in (3, 3, 4))
     assert rewards == same
-    assert all(np.array_equal(a[key], b[key]) for a, b in zip(told, again, strict=True) for key in a)
-    assert any(not np.array_equal(a[key], b[key]) for a, b in zip(told, others, strict=False) for key in a)
+    assert all(np.array_equal(a[key], b[key]) for a, b in zip(observations, again, strict=True) for key in a)
+    assert any(not np.array_equal(a[key], b[key]) for a, b in zip(observations, others, strict=False) for key in a)
 
 
 @pytest.mark.long
@@ -85,8 +85,8 @@ def test_who_holds_still_is_pressed_and_pays():
 def test_new_places_are_paid_for_once():
     environment = made("Explore", "map_target")
     environment.reset(seed=5)
-    told, rewards = course(environment, 5, steps=60)
-    assert sum(reward for reward, *_ in rewards) == told[-1]["visited"].sum() >= 1
+    observations, rewards = course(environment, 5, steps=60)
+    assert sum(reward for reward, *_ in rewards) == observations[-1]["visited"].sum() >= 1
 
 
 @pytest.mark.long

@@ -1,4 +1,4 @@
-"""What arrives is put in order and counted; nothing that arrived in time is lost."""
+"""Readings are sorted and counted on arrival; none that arrives in time is lost."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def reading(number, at=None):
 
 
 def taken(numbers, *, step=0.001, tracker=None):
-    """What is handed on of numbers that come one after the other, and the tracker."""
+    """Return the readings that are passed on for numbers arriving in sequence, and the tracker."""
     tracker = tracker or ArrivalTracker()
     out = [item for i, number in enumerate(numbers) for item in tracker.take(reading(number), step * i)]
     out += tracker.flush()
@@ -139,7 +139,7 @@ def _sent(draw, count: int, first: int, clock: float):
 
 
 def _received(tracker, packets, start):
-    """Readings that are handed on for each packet; packets arrive as far apart as they were sent."""
+    """Return the readings passed on for each packet; packets arrive at the interval of their sending."""
     return [tracker.take(packet, start + 0.01 * place) for place, packet in enumerate(packets)]
 
 
@@ -203,7 +203,7 @@ def test_readings_without_numbers_pass():
     assert tracker.delay is None
 
 
-def test_the_delay_is_told_beyond_the_quickest():
+def test_delay_is_reported_relative_to_the_fastest_packet():
     tracker = ArrivalTracker()
     for number, late in enumerate([0.0, 0.01, 0.03, 0.0, 0.0]):
         tracker.take(reading(number), 7.0 + 0.01 * number + late)

@@ -93,10 +93,10 @@ def test_a_broken_source_is_opened_again_with_growing_pauses():
     status = connection.status
     assert (status.reconnects, status.problem, status.state) == (1, None, ConnectionState.RECEIVING)
     assert taken(connection) == [0, 5]
-    assert status.counts.lost == 0  # while nobody listened, nothing was lost on the way
+    assert status.counts.lost == 0  # nothing counts as lost while the source was closed
 
 
-def test_silence_is_told():
+def test_silence_is_reported():
     clock = Clock()
     connection = Connection(Scripted(reading(0)), clock=clock)
     connection.open()
@@ -127,7 +127,7 @@ def test_a_file_that_breaks_has_failed():
 
 
 @pytest.mark.long
-def test_what_nobody_takes_is_dropped_and_counted():
+def test_readings_not_taken_are_dropped_and_counted():
     connection = Connection(Scripted(*map(reading, range(MOST_WAITING + 5))))
     connection.open()
     for _ in range(MOST_WAITING + 5):
@@ -136,7 +136,7 @@ def test_what_nobody_takes_is_dropped_and_counted():
     assert taken(connection) == list(range(5, MOST_WAITING + 5))
 
 
-def test_on_a_thread_it_wakes_who_waits_and_ends():
+def test_connection_on_a_thread_wakes_the_waiting_caller_and_ends():
     source = Scripted(*map(reading, range(100)))
     connection = Connection(source)
     connection.start()
@@ -152,7 +152,7 @@ def test_on_a_thread_it_wakes_who_waits_and_ends():
     assert connection.status.state is ConnectionState.CLOSED
 
 
-def test_what_nobody_foresaw_is_told(monkeypatch, tmp_path):
+def test_unexpected_exception_is_reported(monkeypatch, tmp_path):
     monkeypatch.setattr("tactile_maps.core.errors.user_log_path", lambda *_a, **_k: tmp_path)
     connection = Connection(Scripted(reading(0), ZeroDivisionError("oh")))
     connection.start()
@@ -197,7 +197,7 @@ def numbers(items):
     return [item.reading.sequence for item in items]
 
 
-def test_of_a_backlog_only_what_is_needed_is_decoded():
+def test_only_needed_readings_of_a_backlog_are_decoded():
     source = Packets(b"0")
     connection = Connection(source, clock=Clock())
     connection.open()
@@ -205,11 +205,11 @@ def test_of_a_backlog_only_what_is_needed_is_decoded():
     assert numbers(connection.take_newest(lambda _: True)) == [0]
     source.decoded.clear()
     source.buffer += [b"%d" % number for number in range(1, 1000)]
-    wanted = {997, 999}
+    missing = {997, 999}
 
     def needed(found):
-        wanted.discard(found.sequence)
-        return bool(wanted)
+        missing.discard(found.sequence)
+        return bool(missing)
 
     assert numbers(connection.take_newest(needed)) == [997, 998, 999]
     assert source.decoded == [b"999", b"998", b"997"]

@@ -114,7 +114,7 @@ def test_nothing_that_arrived_is_lost_and_nothing_grows(packets):
     while not network.over:
         connection.step(0.005)
         if not network.connected:
-            network.now += 0.05  # somebody waits until it is opened again
+            network.now += 0.05  # the caller waits until it is opened again
         take()
         if last >= packets // 6 * (len(sizes) + 1):
             gc.collect()

@@ -8,7 +8,7 @@ import pytest
 from tactile_maps.live.readings.readings import MalformedReadingError, Reading, Unit, unit_of
 
 
-def test_units_tell_their_pascals():
+def test_units_convert_to_pascals():
     assert [unit.pascals for unit in Unit] == [None, 1.0, 1000.0]
     assert unit_of("kPa") is Unit.KILOPASCAL
     with pytest.raises(MalformedReadingError, match="counts, Pa, kPa"):

@@ -44,7 +44,7 @@ def test_a_file_is_sent_row_by_row(tmp_path):
     source.close()
 
 
-def test_bad_usage_is_told(capsys, tmp_path):
+def test_invalid_usage_is_reported(capsys, tmp_path):
     assert main(["http://127.0.0.1:1"]) == 2
     assert main(["udp://127.0.0.1:9", "--file", str(tmp_path / "none.csv")]) == 1
     assert "cannot be sent to this address" in capsys.readouterr().err

@@ -1,4 +1,4 @@
-"""The simulated skin stands in the measured posture, and the difference is what the measured one reads more."""
+"""The simulated skin follows the measured posture; the difference is measured minus simulated pressure."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def prepared():
 
 
 def confined_pressure(overlap):
-    """Where two equal covers meet face to face, each takes half: (1 - v) E / ((1 + v) (1 - 2 v)) strain."""
+    """Return the pressure between equal covers, each with half the overlap: (1 - v) E / ((1 + v) (1 - 2 v)) strain."""
     layer = prepared().scene.layer
     v = layer.poisson
     return (1 - v) * layer.modulus / ((1 + v) * (1 - 2 * v)) * (overlap / 2) / layer.thickness

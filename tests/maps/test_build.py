@@ -27,7 +27,7 @@ def test_progress_names_the_patch_and_only_grows():
     second = {fraction for text, fraction in heard if text == "Flattening patch 1"}
     assert second == {192 / (192 + 1440)}
     assert {text for text, _ in heard} == {"Flattening patch 0", "Flattening patch 1", "Arranging the map"}
-    assert len(heard) > 10, "every round is told, so that a stop is heard soon"
+    assert len(heard) > 10, "every iteration is reported, so that the work can be stopped soon"
 
 
 def test_raising_in_progress_stops_the_work():

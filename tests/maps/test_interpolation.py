@@ -155,7 +155,7 @@ def test_each_weight_is_the_share_of_the_area_taken():
         np.testing.assert_allclose(weights, taken / taken.sum(), atol=1e-6)
 
 
-def test_a_regular_grid_where_every_four_taxels_lie_on_a_circle_is_no_trouble():
+def test_regular_grid_with_four_taxels_on_each_circle_is_interpolated():
     x, y = np.meshgrid(np.arange(6.0), np.arange(6.0))
     sites = 0.01 * np.stack([x, y], axis=-1).reshape(-1, 2)
     middles = 0.01 * np.array([[2.5, 2.5], [2.5, 2.0], [2.0, 2.0]])

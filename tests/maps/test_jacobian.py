@@ -55,7 +55,7 @@ def test_both_agree_on_a_map_with_little_stretch_whose_taxels_are_where_they_are
 
 
 def test_a_fit_keeps_on_its_side_of_a_seam():
-    """Not one taxel of a tube has neighbours in its fit from where the map was cut."""
+    """The fit of every taxel of a tube excludes neighbours on the other side of the cut."""
     map_ = arm().map
     jacobian = MapJacobian(arm().map)
     torn = 0
@@ -86,7 +86,7 @@ def test_the_answer_does_not_depend_on_what_was_asked_before():
 
 
 def test_the_nearest_taxels_of_all_its_patch_are_blended():
-    """What is kept by triangle forgets none that could be nearest, wherever in the triangle is asked."""
+    """The candidates stored for each triangle include the nearest taxels of every point in it."""
     map_ = arm().map
     rng = np.random.default_rng(0)
     jacobian = MapJacobian(map_)

@@ -129,7 +129,7 @@ def test_a_path_of_several_points_turns_by_the_same_angles_beyond_the_seam():
         if path.arrived:
             np.testing.assert_allclose(map_.skin.position(path.pieces[-1].end), map_.skin.position(start), atol=1e-9)
             crossed += len(path.pieces) > 6
-    assert crossed, "one of the hexagons must lie over the seam"
+    assert crossed, "at least one hexagon must cross the seam"
 
 
 def test_the_rest_of_the_path_is_kept_where_the_skin_ends():

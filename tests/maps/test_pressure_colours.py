@@ -1,4 +1,4 @@
-"""A tactile image in colours shows where pressure is, where there is no skin and where there is no reading."""
+"""Colours of a tactile image distinguish pressure, missing skin and missing readings."""
 
 from __future__ import annotations
 

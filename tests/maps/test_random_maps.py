@@ -97,7 +97,7 @@ def test_rotation_svd_rebuilds_any_matrix(matrices):
 @examples(40)
 @given(st.floats(-10, 10), st.tuples(st.floats(-5, 5), st.floats(-5, 5)), st.booleans())
 def test_any_layout_can_be_asked_both_ways(angle, offset, mirrored):
-    # The second patch stands well apart from wherever the first may be put.
+    # The second patch is well apart from any position of the first.
     moved = TactileMap(
         MAP.skin, MAP.charts, MapLayout((Placement(angle, offset, mirrored), Placement(0.0, (50.0, 0.0))))
     )
@@ -124,7 +124,7 @@ FLAT = SeamTransitions(two_plates())
 ARM = SeamTransitions(arm().map)
 POINTS = st.lists(st.tuples(st.floats(-0.05, 0.3), st.floats(-0.05, 0.15)), min_size=1, max_size=8)
 GRAZING = [(0.0, 0.0), (0.0, 0.125), (0.125, 0.0), (0.0, -1.2e-07)]
-"""Its last side runs 0 to 0.1 µm beside a border."""
+"""The last side is 0 to 0.1 µm away from a border."""
 SHARES = st.lists(st.floats(0.0, 1.0, exclude_max=True), min_size=1, max_size=5)
 
 
@@ -145,9 +145,9 @@ def laid_from(transitions, points, *, drawn=True):
 
 
 def _length_in_plates(points, grown):
-    """How much of each side of a polygon lies in either of the two plates, each ``grown`` on all sides [m].
+    """Return the length of each side of a polygon inside either plate, each ``grown`` on all sides [m].
 
-    The way along a side is narrowed by one border line after the other (Liang and Barsky 1984).
+    Each side is clipped by one border line after the other (Liang and Barsky 1984).
     """
     lengths = []
     for start, end in pairwise(points):
@@ -167,7 +167,7 @@ def _length_in_plates(points, grown):
 
 
 def _lengths_between(path):
-    """A side drawn along a border, to rounding, is on the skin or beside it: both are right."""
+    """A side along a border is on or off the skin by rounding; both are correct."""
     return [sum(_length_in_plates(path.points, grown)) for grown in (-1e-6, 1e-6)]
 
 
@@ -188,7 +188,7 @@ def test_on_skin_without_seams_a_drawn_path_is_what_of_the_drawing_is_inside(poi
             continue
         along = np.clip(np.einsum("ki,ki->k", point - path.points[:-1], step) / np.sum(step**2, axis=1), 0, 1)
         off = np.linalg.norm(path.points[:-1] + along[:, None] * step - point, axis=1).min()
-        assert off < 1e-6, "it lies where it was drawn"
+        assert off < 1e-6, "it is where it was drawn"
         assert np.linalg.norm(direction) == pytest.approx(1.0 if laid.length else 0.0)
         again = FLAT.map.to_body(point)
         assert np.linalg.norm(FLAT.map.skin.position(again) - FLAT.map.skin.position(at)) < 1e-6

@@ -1,4 +1,4 @@
-"""Over a seam the map goes on as the body does."""
+"""Transitions continue the map over a seam like the surface of the body."""
 
 from __future__ import annotations
 

@@ -151,13 +151,13 @@ def test_every_map_can_be_judged(name):
     assert quality.angle.median >= 1
     assert 0 <= quality.stress < 1
     assert quality.trustworthiness <= 1
-    if name != "spiral":  # its ends lie beside each other on any good map; its law is below
+    if name != "spiral":  # its ends are close to each other on any good map; tested below
         assert quality.trustworthiness > 0.9
 
 
 @pytest.mark.long
-def test_a_spiral_is_trusted_but_where_its_ends_lie_beside_each_other():
-    """Laid flat without loss it covers itself; kept one-to-one, only its ends can be false neighbours."""
+def test_spiral_is_trustworthy_except_where_its_ends_meet():
+    """An isometric map of the spiral would overlap itself; in a one-to-one map only its ends are false neighbours."""
     map_ = build_map(skin_of(named("spiral"), taxels=90))
     positions = map_.skin.patches[0].taxels.positions
     turn = positions[:, 2] / (0.002 * 2 * np.pi)

@@ -164,7 +164,7 @@ def test_centres_are_those_of_their_pixels(image):
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("interpolation", INTERPOLATIONS)
 def test_the_force_of_any_touch_is_kept(three_patches, interpolation):
-    """To rounding in double precision, to that of its pixels in the image as it is shown."""
+    """The force is kept to rounding: in double precision, and in the displayed image to that of its pixels."""
     image = TactileImage(three_patches, width=160, interpolation=interpolation)
     areas = image.pixel_areas.ravel()
     kept = image.weights.astype(np.float64).T @ areas

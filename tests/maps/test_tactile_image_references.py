@@ -120,7 +120,7 @@ def test_rows_sum_to_one_and_blank_pixels_are_blank(name):
 
 
 def test_a_coarse_image_keeps_the_force_of_the_taxels_it_shows():
-    """Fewer pixels than taxels: what no pixel shows cannot be kept, and is told by its absence."""
+    """Force on taxels that no pixel shows is not kept if pixels are fewer than taxels, and this is detectable."""
     map_ = flat_map(400)
     image = TactileImage(map_, width=12, interpolation="nearest")
     kept = image.weights.T.astype(np.float64) @ image.pixel_areas.ravel()

@@ -1,4 +1,4 @@
-"""Body and map answer each other, exactly."""
+"""Mapping from body to map and back is exact."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def test_points_outside_all_patches_have_no_body_point(three_patches):
     assert (three_patches.to_body_many(gaps)[0] == -1).any(), "there is free space between patches"
 
 
-def test_taxels_lie_where_their_faces_do(three_patches):
+def test_taxels_are_mapped_with_their_faces(three_patches):
     skin = three_patches.skin
     for taxel in range(0, len(skin), 7):
         at = skin.taxel_point(taxel)

@@ -60,7 +60,7 @@ def tiny(tmp_path: Path, rod: bytes) -> Path:
 
 @pytest.fixture
 def urdf(tmp_path: Path, rod: bytes) -> Callable[[str], Path]:
-    """Writes a URDF robot whose mesh is at the given address; ``rod.stl`` lies beside it."""
+    """Writes a URDF robot whose mesh is at the given address; ``rod.stl`` is in its folder."""
 
     def write(address: str) -> Path:
         folder = tmp_path / "two" / "urdf"

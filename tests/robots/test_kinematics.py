@@ -1,4 +1,4 @@
-"""Where links are: poses, Jacobians and inertia of a posture, and a word about postures that are none."""
+"""Kinematics: poses, Jacobians and inertia of a posture, and errors for invalid postures."""
 
 from __future__ import annotations
 

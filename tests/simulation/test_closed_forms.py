@@ -279,7 +279,7 @@ def test_ten_newtons_are_held_while_sliding(stiffness, friction, speed):
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize(("friction", "speed"), [(0.2, 0.03), (0.2, 0.1), (0.5, 0.1), (0.5, 0.2), (1.0, 0.2)])
 def test_sliding_body_has_coulomb_friction(friction, speed):
-    """A cure for hopping that turns friction off is none: MuJoCo's ``solreffriction = 0.2 1`` leaves 1 % of it."""
+    """Friction must survive the remedy against hopping: MuJoCo's ``solreffriction = 0.2 1`` leaves 1 % of it."""
     normal, tangent = dragged(friction, speed, 2e4, hinged=False)
     steady = slice(len(normal) // 3, None)
     assert tangent[steady].mean() == pytest.approx(friction * normal[steady].mean(), rel=0.03)
@@ -308,7 +308,7 @@ def test_without_friction_nothing_rubs():
 
 
 STIFFNESS_TAXELS = (20, 150, 280)
-"""On upper arm, forearm and hand."""
+"""Taxels on upper arm, forearm and hand."""
 
 
 def facing(normal: np.ndarray) -> tuple[float, ...]:

@@ -18,7 +18,7 @@ TOP = 0.02
 
 
 def on_the_bar(depth: float, *, mass: float, stiffness: float = 2e4, **effects) -> Simulation:
-    """A ball on a guide, so deep in the top of a bar that stands still."""
+    """Return a ball on a guide, pressed to ``depth`` into the top of a fixed bar."""
     ball = thing("sphere", size=(RADIUS,), at=(0.2, 0.0, TOP + RADIUS - depth), mass=mass, guided=True)
     expected = Effects(**{"contact": "environment", "gravity": "compensated", **effects})
     return Simulation(bar(hinged=False), bar_skin(), expected, objects=(ball,), layer=ElasticLayer(stiffness=stiffness))
@@ -70,7 +70,7 @@ def test_contact_between_two_readings_is_noted():
     (note,) = notes(simulation, 20)
     assert (note.kind, note.bodies) == (ContactNoteKind.BRIEF, ("sphere", "bar"))
     assert simulation._data.qvel[0] > 0, "it has bounced"
-    assert notes(simulation, 1) == [], "told once"
+    assert notes(simulation, 1) == [], "reported once"
 
 
 def test_a_contact_that_a_reading_shows_is_not_brief():
@@ -82,7 +82,7 @@ def test_a_contact_that_a_reading_shows_is_not_brief():
 
 
 def test_short_contact_without_skin_is_not_noted():
-    """Two balls that meet beside the robot."""
+    """Two balls meet away from the robot."""
     balls = [
         thing("sphere", name=f"ball {k}", at=(5.0, 0.0, 5.0 + 0.0395 * k), mass=0.1, guided=True) for k in range(2)
     ]

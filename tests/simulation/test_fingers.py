@@ -92,7 +92,7 @@ def test_place_outside_the_skin_is_rejected(at):
     for poke in (PokePressed(2, at), PokeMoved(1, at)):
         with pytest.raises(SimulationError, match="not on the skin"):
             simulation.apply(poke)
-    assert [poke.at for poke in simulation.pokes] == [AT], "fingers stay as they were"
+    assert [poke.at for poke in simulation.pokes] == [AT], "fingers are unchanged"
 
 
 def test_the_limit_of_stiffness_is_that_of_the_mass_at_the_point():

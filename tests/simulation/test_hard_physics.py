@@ -1,6 +1,6 @@
-"""Too deep, too fast, too light, too heavy, too stiff, shut in: it holds its law, or stops by name and can be replayed.
+"""Bodies that are too deep, fast, light, heavy, stiff or confined obey physics, or stop with a replayable named error.
 
-A third thing is allowed where somebody insists on an integrator that cannot: that the session said so before.
+If the user insists on an unsuitable integrator, a warning of the session is also accepted.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ def test_stated_stiffness_is_how_deep_a_weight_sinks(mass, stiffness):
 
 @pytest.mark.long
 def test_two_grams_with_a_coarse_integrator_are_warned_of(tmp_path):
-    """An explicit contact spring throws so light a body; nobody gets there unless they insist, and then are told."""
+    """An explicit contact spring throws off such a light body; it is used only on request and with a warning."""
     run = play(dropped(0.002, above=0.001, integrator="euler", timestep=0.001), 0.8)
     check_numbers(run)
     assert warned(run)
@@ -150,7 +150,7 @@ def test_a_body_that_moves_farther_than_it_is_thick_in_one_step_is_stopped_befor
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("timestep", [0.001, 0.004])
 def test_body_that_starts_deep_gains_no_more_energy_than_the_cover_stored(integrator, timestep, model):
-    """15 mm too deep: at most ½ K d² comes out, and in the end it lies there with its weight."""
+    """A start 15 mm too deep releases at most ½ K d², and the body finally rests with its weight."""
     run = play(dropped(0.5, above=-0.015, skin=model, integrator=integrator, timestep=timestep), 1.0)
     check_numbers(run)
     assert run.failure is None
@@ -163,7 +163,7 @@ def test_body_that_starts_deep_gains_no_more_energy_than_the_cover_stored(integr
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("model", EXACT)
 def test_a_teleported_probe_is_held_by_the_cover_or_stopped_by_name(model, tmp_path):
-    """Motors that want to be 70 mm deeper at once: cover and motors are springs in series, or the layer gives up."""
+    """The target of the motors jumps 70 mm deeper: cover and motors act as springs in series, or the layer fails."""
     run = play(teleported(skin=model), 0.5)
     check_numbers(run)
     if run.failure:
@@ -227,7 +227,7 @@ def test_a_jammed_link_is_no_harder_to_feel(model):
     assert run.failure is None
     if model in SOLVED:
         assert run.forces[-1] == pytest.approx(2e4 * JAM, rel=1e-3)
-        assert any(note.kind is ContactNoteKind.OUTSIDE_SKIN for note in run.frames[-1].notes), "one side wears none"
+        assert any(note.kind is ContactNoteKind.OUTSIDE_SKIN for note in run.frames[-1].notes), "one side has no skin"
 
 
 @pytest.mark.long

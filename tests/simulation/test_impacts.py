@@ -152,7 +152,7 @@ def test_a_slow_sensor_holds_the_impulse_too(rate):
         simulation.step(5, STILL)
         impulse += simulation.sense() @ simulation._skin.areas * 0.005
     gained = mass * (simulation._data.qvel[0] + speed + GRAVITY * ticks * 5 * step)
-    # A sample stands for the time before it, and is read in the time after it: at the end that is the weight.
+    # A sample averages the time before it and is read in the time after it: at the end it is the weight.
     late = mass * GRAVITY * (1 / rate - 0.005)
     assert impulse == pytest.approx(gained - late, rel=0.02)
 

@@ -68,7 +68,7 @@ def test_the_weight_avoids_what_hangs_over_the_skin():
 
 
 def test_weight_is_not_placed_where_hull_and_skin_are_apart():
-    """A ridge beside the skin holds the hull above it."""
+    """A ridge next to the skin keeps the hull above it."""
     robot = bar(hinged=False)
     link = robot.links[0]
     ridged = Mesh(np.concatenate([link.mesh.vertices, [[0.0, 0.05, 0.1], [0.4, 0.05, 0.1], [0.0, -0.05, 0.1],
@@ -112,7 +112,7 @@ def test_so_it_does_on_the_round_links_of_an_arm_that_yields(model):
     assert weighed.read_N == pytest.approx(0.981, rel=0.01)
     patch = prepared.skin.patches[weighed.place.patch]
     normal = Configuration(prepared.robot).pose(patch.link).directions(prepared.skin.normal(weighed.place))
-    assert normal[2] > 0.93, "it lies where the skin is level"
+    assert normal[2] > 0.93, "it is where the skin is level"
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""One model at work: hooks, command, refreshing, and the ways of stepping."""
+"""The physics of a model: hooks, command, refreshing, and kinds of steps."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def test_poses_are_updated_on_request():
 
 
 def test_contacts_are_read_at_the_places_they_were_found_at():
-    """With the poses after the step a load would be away from its shape."""
+    """Loads at the poses after the step would be displaced from their shapes."""
     ball = thing("sphere", at=(0.3, 0.0, 0.0405), mass=1.0)
     made = physics(ball, contact="environment", gravity="on")
     made.apply_command(hold(bar(), 20.0, 0.1))

@@ -19,7 +19,7 @@ from tests.support.touch import arm, bar, bar_skin, pair
 
 KINDS = ("sphere", "box", "cylinder", "mesh", "plate", "probe", "plane")
 POINT = 1e-4
-"""Radius [m] of a probe that stands for a point."""
+"""Radius of a probe that approximates a point [m]."""
 
 
 def world_with(*things):
@@ -52,7 +52,7 @@ def test_distances_are_mujocos(kind):
         mujoco.mj_kinematics(model, data)
         theirs = mujoco.mj_geomDistance(model, data, geom, tip, 1.0, nearby) + POINT
         ours = solid.shape.distance(shape.inverse.points(place[None]))[0]
-        if ours > 1e-3:  # inside MuJoCo tells how far to push out, the same but for edges
+        if ours > 1e-3:  # inside, MuJoCo returns the depth, which differs only near edges
             assert ours == pytest.approx(theirs, abs=2e-6)
 
 

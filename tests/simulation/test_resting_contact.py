@@ -78,7 +78,7 @@ def turned(pose: np.ndarray, start: np.ndarray) -> float:
 @pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("friction", [True, False])
 def test_a_body_rests_with_its_weight_and_does_not_turn(shape, integrator, friction):
-    """With a single contact point the force of a box varies by 15 %, and it turns by 11 degrees a second."""
+    """A single contact point would let the force of a box vary by 15 % and turn it by 11 degrees per second."""
     simulation = resting(shape, integrator, depth=0.0, friction=0.5 if friction else 0.0)
     run(simulation, 0.5)
     forces, poses = run(simulation, 0.5)

@@ -12,7 +12,7 @@ from tests.support.touch import bar, bar_skin, hold
 
 
 def on_the_way(posture: float) -> tuple[float, ...]:
-    """Where the end of the bar is at a posture: the bar turns about y."""
+    """Return the position of the end of the bar at a posture; the bar turns about y."""
     return (0.25 * float(np.cos(posture)), 0.0, -0.25 * float(np.sin(posture)))
 
 

@@ -116,7 +116,7 @@ def test_block_held_by_friction_shears_both_faces_with_its_weight(model):
     "model", ["point", *(pytest.param(model, marks=pytest.mark.long) for model in ("water-fill", "punch"))]
 )
 def test_shear_of_moving_links_is_equal_and_opposite_at_every_reading(model):
-    """One block is dragged along y while the other turns: sums, torques and friction in use agree on both sides."""
+    """A block is dragged along y while the other turns: sums, torques and used friction agree on both sides."""
     simulation, command = touching(model)
     simulation.step(300, command)
     largest = 0.0

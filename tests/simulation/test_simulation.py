@@ -296,8 +296,8 @@ def test_hull_of_a_mesh_with_a_hollow_is_noted_with_its_distance():
 
 
 @pytest.mark.parametrize("order", [("pokes", "object_poses"), ("object_poses", "pokes"), ()])
-def test_asking_for_places_changes_no_number(order):
-    """Kinematics are computed when asked for; who asks first must not matter."""
+def test_queries_of_positions_change_no_number(order):
+    """Kinematics are computed on request; the order of the requests does not matter."""
     ball = thing("sphere", at=(0.2, 0.0, 0.04), mass=0.2)
     simulation = Simulation(bar(), bar_skin(), Effects(contact="environment"), objects=(ball,))
     simulation.apply(PRESS)

@@ -129,7 +129,7 @@ def test_a_floor_has_nothing_behind_it():
 
 
 def test_object_made_fast_by_a_motor_stops_the_run_after_the_step():
-    """At the start of the call the probe stands still, and its motors drive it at the bar at 200 m/s."""
+    """The probe is at rest at the start of the call, and its motors drive it into the bar at 200 m/s."""
     path = ((0.0, 0.2, 0.0, 0.5), (0.005, 0.2, 0.0, -0.5), (60.0, 0.2, 0.0, -0.5))
     probe = thing("probe", size=(0.005,), at=path[0][1:], mass=0.01, max_force=1e4, path=path)
     simulation = Simulation(bar(), bar_skin(), replace(EFFECTS, contact="probe"), objects=(probe,))
@@ -180,7 +180,7 @@ def test_implicit_integrators_take_the_same_servos(integrator):
 
 
 def near_wall(integrator: str = "implicitfast", *, thickness: float = 0.004, step: float = 0.01) -> Simulation:
-    """The bar on its hinge a quarter turn from a thin wall that stands in its way."""
+    """Return the bar on its hinge, a quarter turn from a thin wall in its path."""
     wall = thing("box", name="wall", size=(0.1, 0.4, thickness), at=(0.25, 0.0, -0.25), turn=(0.0, 45.0, 0.0))
     effects = Effects(contact="environment", joint_limits=False, integrator=integrator, timestep=step)
     return Simulation(bar(), bar_skin(), effects, objects=(wall,))
@@ -195,7 +195,7 @@ def swing(simulation: Simulation, speed: float) -> None:
 
 @pytest.mark.parametrize("integrator", ["implicitfast", "discrete"])
 def test_link_too_fast_for_a_fixed_object_stops_the_run(integrator):
-    """At 20 rad/s the bar's tip goes 80 mm a step; half the bar and half the wall are 22 mm."""
+    """The bar's tip moves 80 mm per step at 20 rad/s; half the bar and half the wall are 22 mm."""
     simulation = near_wall(integrator)
     with pytest.raises(SimulationError, match=r"bar near wall at 0\.\d+ s: a link is too fast") as caught:
         swing(simulation, 20.0)

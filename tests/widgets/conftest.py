@@ -149,7 +149,7 @@ def shared_window(qapp, small_arm, tmp_path_factory):
     close_window(window)
     del window
     gc.unfreeze()
-    _collect()  # otherwise nanobind would report its trees of triangles as leaks at exit
+    _collect()  # without it nanobind would report its trees of triangles as leaks at exit
 
 
 @pytest.fixture(scope="module")

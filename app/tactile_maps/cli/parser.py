@@ -201,7 +201,7 @@ def _add_check(command: _Add) -> None:
     add = check.add_argument
     add("source", metavar="SOURCE", help="udp:, zmq:, serial:, yarp: or ros2: address, or a file")
     _scene_options(check)
-    order = "modules in the order asked for (default of a live skin), or any touches of a file (its default)"
+    order = "modules in the requested order (default of a live skin), or any touches of a file (its default)"
     add("--order", choices=("asked", "any"), help=order)
     _output(check, "--report", **_REPORT)
     _overwrite(check)

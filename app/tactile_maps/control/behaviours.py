@@ -168,7 +168,7 @@ class BehaviourTrigger:
         self._past: dict[int, deque[float]] = {}
 
     def reset(self) -> ControlSettings | None:
-        """Discard all events; return the settings that were to be restored at a release, None if there are none."""
+        """Discard all events; return the settings that were to be restored at a release, or None."""
         before = self._before
         self._before = None
         self._past.clear()

@@ -530,7 +530,7 @@ def _union(hints: tuple[Any, ...]) -> _Codec:
     for option in sorted(options, key=lambda option: len(option.shapes)):  # an int goes before a float
         for shape in option.shapes:
             if shape in by_shape and shape is not int:
-                raise TypeError(f"JSON cannot tell apart what {hints} are")
+                raise TypeError(f"JSON cannot distinguish {hints}")
             by_shape.setdefault(shape, option)
     problem = f"this must be {' or '.join(sorted({_NAMES[shape] for shape in by_shape}))}"
 
@@ -565,7 +565,7 @@ def _tagged(kinds: list[type]) -> _Codec:
     """Return the codec of several dataclasses, tagged with their names."""
     codecs = {kind.__name__: _codec(kind) for kind in kinds}
     if len(codecs) < len(kinds) or any(_KIND in codec.schema["properties"] for codec in codecs.values()):
-        raise TypeError(f"{[*codecs]} cannot be told apart by a key {_KIND!r}")
+        raise TypeError(f"{[*codecs]} cannot be distinguished by a key {_KIND!r}")
     choice = _choice({name: name for name in codecs})
 
     def read(raw: JsonValue) -> Any:

@@ -192,8 +192,7 @@ def _content(frame: Frame) -> bytes:
     """Return the exact content of a frame without the measured computing times. Cost: 40 µs.
 
     The number of touched taxels is left out: recordings of earlier versions do not store it, and the area depends on
-        the
-    same taxels.
+    the same taxels.
     """
     regions = tuple(replace(region, touched=None) for region in frame.regions)
     return encode_frame(replace(frame, timings=Timings(), regions=regions))

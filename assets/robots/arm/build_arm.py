@@ -28,7 +28,7 @@ DARK = "0.30 0.33 0.37 1"
 
 @dataclass(frozen=True)
 class Link:
-    """One link: a loft along z between the sections at z = 0 and z = ``length`` [m]; its joint is at the origin.
+    """Link: a loft along z between the sections at z = 0 and z = ``length`` [m]; its joint is at the origin.
 
     Attributes:
         a: Half widths along x at the low section, half way and at the high section [m].
@@ -191,7 +191,7 @@ def to_obj(vertices: FloatArray, faces: IntArray) -> str:
 
 
 def joint_offsets() -> list[tuple[float, float, float]]:
-    """Where each link's frame sits in its parent's [m]; pitch joints step aside, left and right in turn."""
+    """Return the origin of each link's frame in its parent's [m]; pitch joints are offset to alternate sides."""
     offsets = []
     side = 1.0
     for parent, child, hinge in zip(LINKS[:-1], LINKS[1:], HINGES, strict=True):

@@ -1,7 +1,7 @@
 """Builds the robot with two arms: ``python assets/robots/two_arms/build_two_arms.py`` rewrites two_arms.xml.
 
-Two of our own arms stand side by side on one base plate, 0.5 m apart, near enough for the left hand to touch the right
-forearm. Both share the meshes of the single arm: nothing is copied but the names, with ``left_`` and ``right_`` before.
+Two of the shipped arms are mounted on a base plate, 0.5 m apart, so that the left hand can touch the right forearm.
+Both share the meshes of the single arm; their names have the prefixes ``left_`` and ``right_``.
 """
 
 from __future__ import annotations
@@ -14,15 +14,15 @@ from xml.etree.ElementTree import Element, SubElement
 
 ARM = Path(__file__).parents[1] / "arm" / "arm.xml"
 SIDES = {"left": 0.25, "right": -0.25}
-"""Where each arm stands along y [m]."""
+"""Position of each arm along y [m]."""
 MIRRORED = ("turret_yaw", "upper_arm_roll", "forearm_roll", "hand_roll")
-"""Joints that turn the other way at home in the right arm, so that the two stand like a mirror image."""
+"""Joints with the opposite sign in the home posture of the right arm, so that the arms are mirror images."""
 PLATE = "0.10 0.36 0.01"
 """Half extents of the base plate [m]."""
 
 
 def one_arm(body: Element, side: str, y: float) -> Element:
-    """A copy of the arm's tree with ``side`` before all names, standing at ``y`` [m]."""
+    """Return a copy of the arm's tree at ``y`` [m] with ``side`` before all names."""
     arm = deepcopy(body)
     for element in arm.iter():
         if element.get("name"):

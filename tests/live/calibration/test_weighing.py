@@ -65,7 +65,7 @@ def test_on_some_taxels_only_they_are_summed_and_changed():
     assert not session.facts.weighing.undoable
 
 
-def test_what_cannot_be_weighed_changes_nothing_and_is_told():
+def test_invalid_weighing_is_reported_and_changes_nothing():
     session = MeasuredSession(as_measured(prepared_bar()))
     with pytest.raises(LiveError, match="not tared"):
         session.weights.begin(MASS, 1.0)

@@ -38,7 +38,7 @@ def test_one_that_dies_later_is_found_and_one_that_lives_again_is_not():
     assert health.silent == ()
 
 
-def test_where_nothing_changes_nobody_is_suspected():
+def test_constant_readings_make_no_channel_suspect():
     assert watched(lambda _number: np.zeros(60)).silent == ()
 
 

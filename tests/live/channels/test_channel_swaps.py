@@ -26,7 +26,7 @@ def skin(*, modules=True):
 
 
 def found(order, *, touches=500, seed=0, modules=True):
-    """What is told of readings whose channels come in this order: round touches, gains off, noise."""
+    """Return the swaps found in readings with channels in this order: round touches, wrong gains, noise."""
     random = np.random.default_rng(seed)
     detector = SwapDetector(skin(modules=modules))
     gains = 40 * (1 + 0.15 * random.normal(size=COUNT))
@@ -50,15 +50,15 @@ PAIRS = ((13, 27), (41, 64))
 
 
 def test_pairs_of_a_module_are_found_and_no_others():
-    told = found(swapped(*PAIRS))
-    assert [(one.first, one.second, one.module) for one in told] == [(13, 27, 0), (41, 64, MODULES[41])]
-    assert all(one.strength > 0.2 for one in told)
+    swaps = found(swapped(*PAIRS))
+    assert [(one.first, one.second, one.module) for one in swaps] == [(13, 27, 0), (41, 64, MODULES[41])]
+    assert all(one.strength > 0.2 for one in swaps)
 
 
 @pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("seed", range(2))
-def test_where_nothing_is_swapped_nothing_is_told(seed):
+def test_no_swap_is_reported_for_channels_in_order(seed):
     assert found(np.arange(COUNT), seed=seed) == ()
 
 

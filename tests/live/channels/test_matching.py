@@ -136,7 +136,7 @@ def test_without_labels_all_taxels_in_order_or_none():
         matcher.match(Reading(0.0, np.arange(59.0)))
 
 
-def test_a_skin_without_ids_is_told_by_running_numbers():
+def test_skin_without_ids_is_matched_by_taxel_numbers():
     assert TaxelMatcher(bar_skin()).match(Reading(0.0, [1.0], ids=[12]))[0].tolist() == [12]
 
 

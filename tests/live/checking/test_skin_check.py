@@ -134,7 +134,7 @@ def test_noisy_channel_is_named_and_does_not_count_as_a_touch():
 
 @pytest.mark.parametrize(("top", "noise"), [(280.0, 1.0), (255.0, 0.0)], ids=["without noise", "full scale"])
 def test_channels_that_remain_at_one_value_under_pressure_are_saturated(top, noise):
-    """Without noise every pressed channel remains at one value; only full scale of a converter is suspect then."""
+    """Every pressed channel keeps one value without noise; then only the full scale of a converter is suspect."""
 
     def change(values, number):
         values[pair] = np.minimum(values[pair], top)

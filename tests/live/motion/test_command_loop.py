@@ -42,7 +42,7 @@ class Source:
 
 
 class Motion:
-    """Notes what it is asked for."""
+    """Motion that records the calls it receives."""
 
     def __init__(self, *, active=False):
         self.active = active

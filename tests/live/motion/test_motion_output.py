@@ -1,4 +1,4 @@
-"""Motion wanted of a real robot: what the simulated arm's controller says, sent within limits, and every stop."""
+"""Motion requested of a real robot: commands of the simulated arm's controller, sending within limits, and stops."""
 
 from __future__ import annotations
 
@@ -103,8 +103,8 @@ class Robot:
 def test_a_touch_above_the_goal_is_fled_and_one_below_is_followed():
     robot = Robot()
     for _ in range(5):
-        wanted = robot.read()
-    assert np.allclose(wanted.velocity, 0.0)  # where it was found, not the model's home
+        requested = robot.read()
+    assert np.allclose(requested.velocity, 0.0)  # at the measured posture, not at the model's home
     fled = [robot.read(6.0).velocity[0] for _ in range(20)][-1]
     other = Robot()
     followed = [other.read(1.0).velocity[0] for _ in range(20)][-1]
@@ -113,7 +113,7 @@ def test_a_touch_above_the_goal_is_fled_and_one_below_is_followed():
     assert robot.output.requested.force == pytest.approx(6.0, rel=0.02)
 
 
-def test_nothing_is_sent_before_a_hand_says_so():
+def test_nothing_is_sent_before_the_user_starts_sending():
     robot = Robot()
     for _ in range(5):
         robot.read(5.0)
@@ -123,10 +123,10 @@ def test_nothing_is_sent_before_a_hand_says_so():
     assert [packet["state"] for packet in robot.put] == ["moving"]
 
 
-def test_motion_starts_from_the_posture_that_is_found_then():
+def test_motion_starts_from_the_posture_measured_at_the_start():
     robot = Robot()
     for _ in range(30):
-        robot.read(5.0)  # nothing follows: the wanted posture runs ahead
+        robot.read(5.0)  # no robot follows: the requested posture runs ahead
     robot.start()
     robot.read()
     assert robot.velocities == [0.0]
@@ -272,7 +272,7 @@ def test_address_that_refuses_the_first_packets_is_named():
         Robot().output.start_sending(put, LIMITS)
 
 
-def test_without_forces_nothing_is_wanted():
+def test_no_motion_is_requested_without_forces():
     robot = Robot()
     robot.start()
     robot.read(5.0, unit=Unit.COUNTS)
@@ -281,7 +281,7 @@ def test_without_forces_nothing_is_wanted():
     assert robot.output.sending.stopped is StopReason.UNKNOWN
 
 
-def test_without_posture_nothing_is_wanted_and_sending_waits_for_it():
+def test_no_motion_is_requested_without_posture_and_sending_waits_for_it():
     robot = Robot()
     robot.start()
     assert robot.output.sending.waiting == "the first reading"
@@ -608,10 +608,10 @@ def test_after_a_stop_from_another_thread_nothing_is_sent():
     del sent[:]
     sender.begin(0.0)
     moving = threading.Event()
-    wanted = RequestedMotion(0.0, np.zeros(1), 0.0)
+    requested = RequestedMotion(0.0, np.zeros(1), 0.0)
 
     def command():
-        while sender.show(wanted, 0.0, measured=0.0):
+        while sender.show(requested, 0.0, measured=0.0):
             if len(sent) == 100:
                 moving.set()
 

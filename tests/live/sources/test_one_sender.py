@@ -22,7 +22,7 @@ def one_sender():
 
 def test_first_valid_packet_decides_whose_the_stream_is():
     stream, _ = one_sender()
-    assert stream.admits(b"none", OTHER)  # it is counted as malformed by whoever decodes it
+    assert stream.admits(b"none", OTHER)  # the decoder counts it as malformed
     assert stream.admits(b"valid", OWNER)
     assert not stream.admits(b"valid", OTHER)
     assert not stream.admits(b"none", OTHER)

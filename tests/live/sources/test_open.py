@@ -12,7 +12,7 @@ from tactile_maps.live.sources.open import SourceOptions, is_live, open_source
 
 
 @pytest.mark.parametrize(
-    ("address", "kind", "told"),
+    ("address", "kind", "full_address"),
     [
         ("udp:", "UdpSource", "udp://127.0.0.1:9870"),
         ("udp://localhost:99", "UdpSource", "udp://localhost:99"),
@@ -25,9 +25,9 @@ from tactile_maps.live.sources.open import SourceOptions, is_live, open_source
         ("readings.csv", "FileSource", "readings.csv"),
     ],
 )
-def test_the_address_says_which(address, kind, told):
+def test_address_selects_the_source(address, kind, full_address):
     source = open_source(address)
-    assert (type(source).__name__, source.address) == (kind, told)
+    assert (type(source).__name__, source.address) == (kind, full_address)
     assert source.finite is not is_live(address)
 
 

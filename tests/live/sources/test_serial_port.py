@@ -61,6 +61,6 @@ def test_a_board_that_is_pulled_out_is_lost():
     source.close()
 
 
-def test_no_port_is_told(tmp_path):
+def test_missing_port_is_reported(tmp_path):
     with pytest.raises(LiveError, match="connected"):
         SerialSource(str(tmp_path / "tty")).open()

@@ -16,7 +16,7 @@ from tactile_maps.live.sources.yarp import YarpSource
 
 @contextmanager
 def port(messages, *, known=None):
-    """A port that sends ``messages`` to whoever becomes its reader, and answers queries for ``known`` names."""
+    """A port that sends ``messages`` to each new subscriber and responds to queries for ``known`` names."""
     with socket.create_server(("127.0.0.1", 0)) as server:
 
         def serve():
@@ -98,7 +98,7 @@ def test_the_name_server_tells_where_a_port_is():
             YarpSource("127.0.0.1", names, name="/skin/arm").open()
 
 
-def test_who_does_not_answer_is_told():
+def test_unresponsive_server_is_reported():
     with socket.create_server(("127.0.0.1", 0)) as server:
         number = server.getsockname()[1]
     with pytest.raises(LiveError, match="YARP does not respond"):

@@ -1,4 +1,4 @@
-"""Two maps side by side, and drawings told in the taxels of a skin."""
+"""Comparison of two maps, and drawings given by the taxels of a skin."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ def test_on_a_sheet_they_are_straight():
 
 @pytest.fixture
 def no_budget(monkeypatch):
-    """As on a large skin."""
+    """Sample the distances, as for a large skin."""
     monkeypatch.setattr(topography, "_ALL_EXACT", 0)
 
 
@@ -57,7 +57,7 @@ def test_on_a_large_skin_near_ones_stay_exact_and_far_ones_come_close():
 @pytest.mark.long
 @pytest.mark.usefixtures("no_budget")
 def test_rows_spread_evenly_say_what_all_exact_distances_do(monkeypatch):
-    """By how much the quick ones miss: stress, rank correlation, trustworthiness and continuity."""
+    """Errors of the sampled measures: stress, rank correlation, trustworthiness and continuity."""
     monkeypatch.setattr(topography, "_ROWS", 40)
     skin = skin_of(named("bumpy tube"), taxels=120)
     points = build_map(skin).taxel_points
@@ -271,7 +271,7 @@ def test_a_turned_module_shows_between_modules():
 def test_a_flat_patch_keeps_everything(flat, body):
     shape = measure_topography(flat.taxel_points, body)
     assert shape.stress < 2e-5
-    assert shape.edge_error < 5e-5, "taxels beside a corner of the mesh are measured from the corner"
+    assert shape.edge_error < 5e-5, "taxels near a corner of the mesh are measured from the corner"
     assert (shape.torn, shape.torn_pairs, shape.pairs) == (0, 0, len(flat.skin.neighbours))
     assert min(shape.spearman, shape.trustworthiness, shape.continuity) > 1 - 1e-3
 

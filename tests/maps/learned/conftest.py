@@ -18,13 +18,13 @@ def touched_sheet():
 
 @pytest.fixture(scope="session")
 def true_places(touched_sheet):
-    """(60, 2) [m] where the taxels of the sheet lie."""
+    """Positions (60, 2) of the taxels of the sheet [m]."""
     return touched_sheet[0].patches[0].taxels.positions[:, :2]
 
 
 @pytest.fixture(scope="session")
 def misfit(true_places):
-    """How far places are from the true ones: root mean square [pitches] after the best similarity."""
+    """Return a function for the root mean square error of places [pitches] after the best similarity transform."""
 
     def of(points):
         truth = true_places - true_places.mean(axis=0)

@@ -84,7 +84,7 @@ def skin():
 
 @pytest.fixture(scope="module")
 def perfect(skin):
-    """The sheet's own places, turned, mirrored and scaled: what touch cannot tell."""
+    """Return the sheet's places turned, mirrored and scaled, which touch cannot distinguish."""
     places = skin.patches[0].taxels.positions[:, :2]
     turn = np.array([[np.cos(2), -np.sin(2)], [np.sin(2), np.cos(2)]])
     return _by_hand(7 * places @ turn * [-1, 1] + 3)

@@ -173,7 +173,7 @@ def test_islands_are_laid_side_by_side_and_said():
     (note,) = placed.findings
     assert (note.kind, note.where, note.count) == ("islands", "parts of 63, 20 taxels", 2)
     gap = placed.points[63:, 0].min() - placed.points[:63, 0].max()
-    assert 1 < gap < 10, "beside each other, apart by more than a spacing"
+    assert 1 < gap < 10, "side by side, with a gap of more than a spacing"
 
 
 def test_few_taxels_and_lone_ones_have_places_too():

@@ -41,9 +41,9 @@ def test_it_is_a_metric_from_0_to_1(levels):
     assert found.min() == 0
     assert found.max() <= 1 + 1e-12
     assert (found[:, :, None] + found[None] >= found[:, None, :] - 1e-12).all()
-    assert found[2, 3] == pytest.approx(0, abs=1e-12), "a renamed signal tells everything"
-    assert found[0, 1] > 0.9, "independent ones tell nothing"
-    assert found[4, 0] == pytest.approx(1, abs=1e-12), "a silent one tells nothing"
+    assert found[2, 3] == pytest.approx(0, abs=1e-12), "a renamed signal is fully informative"
+    assert found[0, 1] > 0.9, "independent signals share no information"
+    assert found[4, 0] == pytest.approx(1, abs=1e-12), "a silent signal carries no information"
 
 
 def test_levels_of_touch_are_equally_frequent_and_rest_is_apart():

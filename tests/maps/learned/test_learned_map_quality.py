@@ -155,7 +155,7 @@ def _far(points, a, b):
 @pytest.mark.long
 @pytest.mark.parametrize("method", LEARNING_METHODS)
 def test_three_touches_at_a_time_harm_only_the_sheet_of_units(method):
-    """Where pairs are compared, chance pairs are lost among true ones; one unit must claim all three places at once."""
+    """Random pairs are outweighed by true pairs in a comparison of pairs; a single unit must cover all three places."""
     points = learned(method, SEVERAL).points
     harm = kept(learned(method, MANY).points, on_dome()) - kept(points, on_dome())
     assert (harm > 0.1) == (method == "self-organising")

@@ -1,4 +1,4 @@
-"""Touch told from noise, and silent taxels named."""
+"""Touch is distinguished from noise, and silent taxels are named."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One small plug-in of each kind."""
+"""A small plug-in of each kind."""
 
 import json
 import math
@@ -110,7 +110,7 @@ class Slack:
         """It sees no map."""
 
     def reset(self) -> None:
-        """Nothing is remembered."""
+        """The controller has no state."""
 
     def start(self, posture: np.ndarray, torque: np.ndarray) -> None:
         """Nor is what another controller did."""
@@ -125,7 +125,7 @@ class Gentle(HybridScheme):
     """Hybrid control with half of the force gain."""
 
     def levels(self, settings, contacts, arm, limits):
-        """What is wanted of the contacts."""
+        """Return the force levels of the contacts, at half the gain."""
         return super().levels(replace(settings, force_gain=0.5 * settings.force_gain), contacts, arm, limits)
 
 
@@ -184,7 +184,7 @@ class Sine:
         self._tick = 0
 
     def open(self) -> None:
-        """From the first reading."""
+        """Start at the first reading."""
         self._tick = 0
 
     def receive(self, timeout: float) -> Reading | None:
@@ -197,7 +197,7 @@ class Sine:
         return Reading(0.1 * self._tick, np.full(self._taxels, 1e3 * abs(math.sin(self._tick))), Unit.PASCAL)
 
     def close(self) -> None:
-        """Nothing to let go of."""
+        """The source holds no resources."""
 
 
 def build_sine(address: str, options: SourceOptions) -> Sine:
@@ -206,7 +206,7 @@ def build_sine(address: str, options: SourceOptions) -> Sine:
 
 
 def hum_noise(options: Mapping[str, float]) -> float:
-    """Of a sine by its amplitude [Pa]."""
+    """Standard deviation of a sine with this amplitude [Pa]."""
     return options["pressure"] / math.sqrt(2)
 
 

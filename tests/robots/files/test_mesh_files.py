@@ -48,7 +48,7 @@ def _big_endian_ply(box: trimesh.Trimesh, path: Path) -> None:
 
 
 def _quads(_box: trimesh.Trimesh, path: Path) -> None:
-    """With polygons, counted from the end, with normals and texture coordinates, as modellers write it."""
+    """Write polygons with negative indices, normals and texture coordinates, as modelling programs do."""
     corners = [(x, y, z) for x in (0, 1) for y in (0, 2) for z in (0, 3)]
     sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
     lines = ["# comment", "mtllib none.mtl", "o box", *(f"v {x} {y} {z}" for x, y, z in corners), "vt 0 0", "vn 0 0 1"]
@@ -66,7 +66,7 @@ FORMATS = {
     "big.ply": _big_endian_ply,
     "plain.off": lambda box, path: box.export(path),
     "scene.glb": lambda box, path: box.export(path),
-    "beside.gltf": lambda box, path: _gltf(box, path, inside=False),
+    "separate.gltf": lambda box, path: _gltf(box, path, inside=False),
     "inside.gltf": lambda box, path: _gltf(box, path, inside=True),
     "scene.dae": lambda box, path: box.export(path),
     "CAPITALS.STL": lambda box, path: path.write_bytes(box.export(file_type="stl")),

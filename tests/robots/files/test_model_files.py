@@ -1,4 +1,4 @@
-"""Where the files of a model may lie: its tree, packages and given roots; and nowhere else."""
+"""Allowed locations of the files of a model: its tree, packages and given roots only."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ def test_tree_of_a_linked_model_is_that_of_its_target(tmp_path):
 
 @pytest.fixture
 def kit(tmp_path: Path) -> Path:
-    """A package with a model's folder, a mesh folder beside it, and secrets in and beside the package."""
+    """A package with a folder for models, one for meshes, and secrets inside and outside the package."""
     make(tmp_path / "kit" / "package.xml", "<package><name>real_name</name></package>")
     make(tmp_path / "kit" / "robots" / "hand.xml", "<mujoco/>")
     for folder in (tmp_path, tmp_path / "kit"):

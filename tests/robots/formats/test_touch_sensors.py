@@ -23,14 +23,14 @@ MODEL = """<mujoco><compiler angle="degree"/>
     <geom name="palm" size="0.05 0.05 0.01" type="box" pos="0 0 0.1"/>
     <frame pos="0 0 0.05"><site class="pad" name="front" pos="0 0.01 0" euler="90 0 0"/></frame>
     <body name="tip" pos="0 0 0.2"><joint axis="1 0 0"/><geom size="0.02"/><site name="eye" euler="180 0 0"/></body>
-  </body><body><geom size="0.1"/><site name="nobody"/></body>
+  </body><body><geom size="0.1"/><site name="plain"/></body>
 </worldbody>
 <sensor><jointpos joint="absent"/><touch name="t" site="front"/><touch site="floor"/>
   <plugin name="grid" plugin="mujoco.sensor.touch_grid" objtype="site" objname="eye">
     <config key="size" value="2 2"/><config key="fov" value="90 60"/><config key="nchannel" value="3"/></plugin>
   <plugin name="second" instance="shared" objtype="site" objname="eye"/>
-  <tactile name="skin" geom="palm" mesh="ball"/><touch name="lost" site="nowhere"/><touch name="bare" site="nobody"/>
-  <plugin plugin="somebody.elses" objtype="site" objname="eye"/>
+  <tactile name="skin" geom="palm" mesh="ball"/><touch name="lost" site="nowhere"/><touch name="bare" site="plain"/>
+  <plugin plugin="third.party" objtype="site" objname="eye"/>
 </sensor></mujoco>"""
 
 

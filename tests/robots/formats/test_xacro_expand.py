@@ -18,7 +18,7 @@ Expand = Callable[..., Element]
 
 @pytest.fixture
 def expand(tmp_path: Path) -> Expand:
-    """Expands the content of a <robot>, beside the given files."""
+    """Return a function that expands the content of a <robot> in a folder with the given files."""
 
     def run(content: str, **files: str) -> Element:
         (tmp_path / "package.xml").write_text("<package><name>kit</name></package>")
@@ -137,10 +137,10 @@ def test_elements_attributes_and_calls_may_be_named_by_expressions(expand):
         ('<xacro:insert_block name="b"/>', "unknown block"),
         ('<xacro:if value="perhaps"/>', "neither true nor false"),
         ('<xacro:property name="a" value="${b}"/><xacro:property name="b" value="${a}"/><x y="${a}"/>', "by itself"),
-        ('<x y="${nobody}"/>', "nobody is not defined"),
+        ('<x y="${absent}"/>', "absent is not defined"),
         ('<x y="$(env HOME)"/>', "not supported"),
         ('<xacro:include filename="absent.xacro"/>', "no such file"),
-        ('<xacro:include filename="$(find nobody)/a.xacro"/>', "package is not found"),
+        ('<xacro:include filename="$(find absent)/a.xacro"/>', "package is not found"),
         ('<xacro:include filename="/etc/passwd"/>', "leaves the robot"),
         ('<xacro:include filename="../../../secret.xacro"/>', "leaves the robot"),
         ('<xacro:include filename="../id_rsa"/>', "only models and meshes"),

@@ -43,7 +43,7 @@ def worth(text: str, budget: Budget | None = None) -> Any:
         ("{'a': 1}['a']", 1),
         ("python.len(word)", 4),
         ("table.get('no', 4)", 4),
-        ("true or nobody", True),
+        ("true or absent", True),
     ],
 )
 def test_expressions_have_the_values_of_python(text, value):

@@ -1,4 +1,4 @@
-"""From spec to robot: links as triangles, and proof that it runs."""
+"""Building a robot from a spec: links become triangles, and the model can be simulated."""
 
 from __future__ import annotations
 

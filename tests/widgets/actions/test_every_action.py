@@ -1,7 +1,7 @@
-"""Every action of the table, asked for once in a window, has an effect.
+"""Every action of the table, triggered once in a window, has an effect.
 
-``EFFECTS`` says for each action in which state it is asked for and what it must change. An action that is new in the
-table and has no line here fails the test. One window goes through them all, in the order of the lines.
+``EFFECTS`` gives for each action the state in which it is triggered and what it must change. A new action of the table
+without a line here fails the test. A single window runs through all of them in the order of the lines.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def prepared(coarse_prepared):
 
 
 TICK = 0.005
-"""Of the session [s]."""
+"""Control period of the session [s]."""
 
 
 class Bench:
@@ -99,7 +99,7 @@ class Bench:
 
     @property
     def settings(self):
-        """Of the controller."""
+        """Settings of the controller."""
         return self.window.live.runner.session.settings
 
     def ask(self, *names: str) -> None:
@@ -119,7 +119,7 @@ class Bench:
         self.window.notification_bar.clear()
         QApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete.value)
 
-    # States in which things can be asked for.
+    # States in which actions can be triggered.
 
     def live(self) -> None:
         """A session runs."""
@@ -161,7 +161,7 @@ class Bench:
         self.ask("split_episodes")
 
     def overlaid(self) -> None:
-        """It lies over itself, later."""
+        """Show a recording with an overlay of itself at a later time."""
         self.recorded()
         overlay = self.window.presenters.overlay
         overlay.open(self.window.live.replay.player.path)
@@ -198,17 +198,17 @@ class Bench:
         self.window.presenters.tools.get(PinTool)._choose(())
 
     def tasked(self) -> None:
-        """A controller with tasks is in force."""
+        """Choose a controller with tasks."""
         self.live()
         self.ask("controller_hybrid")
 
 
 class Effect(NamedTuple):
-    """What asking for an action must change, in which state.
+    """Required effect of an action.
 
     Attributes:
-        state: Brings the window into a state in which it can be asked for.
-        of: What is another one afterwards.
+        state: Brings the window into a state in which the action is enabled.
+        of: Returns the value that the action must change.
     """
 
     state: Callable[[Bench], object]
@@ -252,7 +252,7 @@ def mode(bench):
 
 
 def opening(bench):
-    """What is prepared; with edits that are not saved, the question."""
+    """Return the scenes in preparation, and the question about unsaved edits."""
     return bench.prepares, bench.windows
 
 
@@ -269,7 +269,7 @@ def position(bench):
 
 
 def after(*names):
-    """The state after these were asked for in a live session."""
+    """Return the state after these actions in a running session."""
 
     def reach(bench):
         bench.live()
@@ -310,7 +310,7 @@ def failed(bench):
 
 
 def unsteady(bench):
-    """A wish was made that a warning stands against."""
+    """Request an effect that leads to a warning."""
     bench.live()
     effects = bench.window.presenters.effects
     effects._unconfirmed = with_override(effects.scene, "gravity", "off")
@@ -327,7 +327,7 @@ def scene(bench):
 
 
 def editing(bench):
-    """An edit is being computed beside: nobody answers for it yet."""
+    """Start an edit in the background that never finishes."""
     bench.patches()
     bench.patching.setattr(bench.window.editor._jobs, "reflatten", lambda *_args: None)
     bench.window.editor.ask(partial(set_method, numbers=[0], method="tutte"))
@@ -385,7 +385,7 @@ def held(bench):
 
 
 def _family(prefix, names, field, *first):
-    """Actions of which exactly one is down: each is asked for while another one is."""
+    """Exclusive actions: each is triggered while another one is checked."""
     names = list(names)
     return {
         f"{prefix}_{name}": Effect(after(*first, f"{prefix}_{names[number - 1]}"), of_state(field))
@@ -399,7 +399,7 @@ RECORDED = Bench.recorded
 
 
 def led(bench):
-    """Another posture than the scene's is wanted."""
+    """Set a target posture that differs from the scene's."""
     LIVE(bench)
     editor = bench.window.presenters.posture.editor
     editor.do("lead", editor.target + 0.05)
@@ -423,7 +423,7 @@ def refused_posture(bench):
     led_editor.do("lead", led_editor.target + 0.05)
 
 
-def wanted_posture(bench):
+def target_posture(bench):
     return bench.window.presenters.posture.editor.target.tolist()
 
 
@@ -516,10 +516,10 @@ EFFECTS: dict[str, Effect] = {
     "less_force": Effect(Bench.tasked, lambda bench: bench.settings.force_goal),
     "clear_path": Effect(aimed, of_state("has_path")),
     "start_again": Effect(restartable, lambda bench: len(bench.window.live.runner.session.inputs)),
-    "scene_posture": Effect(led, wanted_posture),
-    "undo_posture": Effect(led, wanted_posture),
+    "scene_posture": Effect(led, target_posture),
+    "undo_posture": Effect(led, target_posture),
     "copy_posture": Effect(LIVE, clipboard),
-    "paste_posture": Effect(copied_posture, wanted_posture),
+    "paste_posture": Effect(copied_posture, target_posture),
     "reset_gains": Effect(turned, lambda bench: bench.settings.stiffness),
     "compare_controllers": Effect(LIVE, windows),
     # Select.
@@ -561,7 +561,7 @@ EFFECTS: dict[str, Effect] = {
     "save_report": Effect(failed, files),
     "open_path_scene": Effect(LIVE, opening),
     "simulate_fingers": Effect(without_fingers, scene),
-    "go_there": Effect(refused_posture, wanted_posture),
+    "go_there": Effect(refused_posture, target_posture),
     "use_anyway": Effect(unsteady, scene),
     "quit": Effect(LIVE, windows),
 }
@@ -578,7 +578,7 @@ def bench(new_window, prepared, tmp_path, monkeypatch):
 
 
 def test_effects_list_every_action():
-    """Its tip, its menu and its place in the palette are looked at beside the table and the palette."""
+    """Tips, menus and entries of the palette are tested with the table and the palette."""
     assert EFFECTS.keys() == {spec.name for spec in (*specs_in(menu_bar()), *REMEDIES)}
 
 
@@ -590,7 +590,7 @@ def test_every_action_has_an_effect(bench, qtbot):
         effect.state(bench)
         bench.tidy()
         bench.window.presenters.state.update()
-        assert bench.window.action(name).isEnabled(), f"{name} cannot be asked for in the state that its line names"
+        assert bench.window.action(name).isEnabled(), f"{name} is disabled in the state of its line"
         before = effect.of(bench)
         bench.window.action(name).trigger()
         if effect.of(bench) == before:

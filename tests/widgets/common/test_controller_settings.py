@@ -1,4 +1,4 @@
-"""What the controls offer is what the controller takes, and each controller keeps its own gains."""
+"""The controls offer the settings of the controller, and each controller keeps its own gains."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A list of notes: what is listed, what is copied, and that a fault is told by more than words."""
+"""A list of notes: its rows, the copied text, and a mark for faults that does not rely on words."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from PySide6.QtTest import QTest
 
 from tactile_widgets.common.note_list import Note, NoteList, _wrapped
 
-NOTES = (Note("Missing mesh, a.stl", "A small box stands in", fault=True), Note("Units, b.csv", "Read as millimetres"))
+NOTES = (Note("Missing mesh, a.stl", "A small box is used", fault=True), Note("Units, b.csv", "Read as millimetres"))
 
 
 @pytest.fixture
@@ -26,7 +26,7 @@ def made(qtbot):
 
 def test_all_are_copied_where_none_is_selected_and_else_those(made):
     QTest.keyClick(made, Qt.Key.Key_C, Qt.KeyboardModifier.ControlModifier)
-    everything = "Missing mesh, a.stl: A small box stands in\nUnits, b.csv: Read as millimetres"
+    everything = "Missing mesh, a.stl: A small box is used\nUnits, b.csv: Read as millimetres"
     assert QGuiApplication.clipboard().text() == everything
     QTest.mouseClick(made.viewport(), Qt.MouseButton.LeftButton, pos=made.visualItemRect(made.item(1)).center())
     QTest.keyClick(made, Qt.Key.Key_C, Qt.KeyboardModifier.ControlModifier)

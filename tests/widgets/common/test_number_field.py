@@ -1,4 +1,4 @@
-"""A number that is typed: what is shown of values beyond its limits, and when it is told."""
+"""Typed numbers: display of values beyond the limits, and the time of the signal."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ def test_step_sets_the_number_of_decimals(step, digits):
 def test_number_outside_the_limits_is_shown_but_cannot_be_typed(qtbot):
     field = NumberField("Force", "N", 1.0, 5.0, 0.5, "How hard")
     qtbot.addWidget(field)
-    told = []
-    field.valueChanged.connect(told.append)
+    values = []
+    field.valueChanged.connect(values.append)
     for number, text in ((3.0, "3.0\u202fN"), (25.0, "25.0\u202fN"), (math.inf, "∞"), (0.0, "0.0\u202fN")):
         field.show_number(number)
         assert field.text() == text
-    assert told == []
+    assert values == []
     field.show_number(3.0)
     field.selectAll()
     QTest.keyClicks(field, "4.5")
     QTest.keyClick(field, Qt.Key.Key_Return)
-    assert told == [4.5]
+    assert values == [4.5]
     field.show_words("—")
     assert field.text() == "—"
 

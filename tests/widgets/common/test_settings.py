@@ -1,4 +1,4 @@
-"""What the window remembers."""
+"""Settings that the window stores."""
 
 from __future__ import annotations
 

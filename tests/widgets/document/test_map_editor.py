@@ -20,7 +20,7 @@ def worker():
 
 @pytest.fixture
 def editor(worker, prepared):
-    """On the small arm's map, taking edits."""
+    """Map editor with the small arm's map, enabled."""
     made = MapEditor(worker)
     made.open(MapDocument.of(prepared.map))
     made.set_enabled(enabled=True)
@@ -201,7 +201,7 @@ def test_result_during_a_replay_waits_until_edits_are_enabled(editor, worker, pr
     editor.ask(lambda document: edit(document, 0), propose=propose)
     editor.set_enabled(enabled=False)
     for signal in (editor.shown, editor.proposal_changed):
-        signal.connect(lambda *told: shown.append(told))
+        signal.connect(lambda *arguments: shown.append(arguments))
     worker.release()
     assert not editor.busy
     assert shown == []

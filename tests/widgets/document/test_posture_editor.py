@@ -1,4 +1,4 @@
-"""What is wanted of the joints: gestures are steps, limits hold, and a new start forgets."""
+"""Target posture: each gesture is an undo step, joint limits hold, and a new session clears it."""
 
 from __future__ import annotations
 

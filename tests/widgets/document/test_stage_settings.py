@@ -1,4 +1,4 @@
-"""A setting that was measured and the edit that puts it in force are the same flattening."""
+"""A measured setting and the edit that applies it give the same flattening."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def bodies():
 
 
 def used(document, *setting):
-    """The document with a setting in force."""
+    """Return the document after applying a setting."""
     return apply_result(document, reflatten(reflatten_for(document, Setting(*setting))))
 
 

@@ -1,4 +1,4 @@
-"""One selection for every view: what gestures make of it, and which colours its taxels keep."""
+"""Selection of taxels shared by all views: effect of gestures, and colours of the selected taxels."""
 
 from __future__ import annotations
 

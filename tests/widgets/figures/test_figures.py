@@ -26,7 +26,7 @@ pytestmark = pytest.mark.qt_log_ignore("This plugin does not support")
 
 @pytest.fixture
 def window(window_again):
-    """Nothing that a figure does outlives it."""
+    """The shared window; a figure leaves nothing in it."""
     return window_again
 
 
@@ -44,7 +44,7 @@ def test_unknown_file_types_are_rejected_without_writing(tmp_path, qapp):
 
 def test_pens_of_a_png_have_their_width_on_paper(tmp_path, qapp):
     def paint(painter):
-        painter.scale(0.5, 0.5)  # which a pen that does not scale does not heed
+        painter.scale(0.5, 0.5)  # ignored by a cosmetic pen
         pen = painter.pen()
         pen.setWidthF(4.0)
         pen.setCosmetic(True)
@@ -77,7 +77,7 @@ def test_map_and_plots_are_vectors_of_the_given_size_and_the_window_is_unchanged
     assert "image" not in re.sub(r"image-rendering", "", (tmp_path / "plots.svg").read_text())
     figure.save(FigurePart.PLOTS, tmp_path / "plots.pdf", SMALL)
     page = (tmp_path / "plots.pdf").read_bytes()
-    assert b"/Type /Font" in page, "words can be searched and set otherwise"
+    assert b"/Type /Font" in page, "text can be searched and restyled"
     assert b"/Subtype /Image" not in page
     # A decompressor ignores what follows its data: a stream may end in a byte that looks like a line break.
     streams = re.findall(rb"stream\r?\n(x.*?)endstream", page, re.DOTALL)

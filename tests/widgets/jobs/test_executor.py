@@ -71,7 +71,7 @@ def is_warm(_report):
     return os.getpid()
 
 
-class Told(list):
+class JobLog(list):
     """Everything that was reported, as (kind, value) in order."""
 
     def start(self, executor, function, *arguments, **options):
@@ -90,8 +90,8 @@ class Told(list):
 
 
 @pytest.fixture
-def told():
-    return Told()
+def log():
+    return JobLog()
 
 
 @pytest.fixture(scope="module")
@@ -122,10 +122,10 @@ def wait(qtbot):
     return lambda executor: qtbot.waitUntil(lambda: not executor.busy, timeout=LONG)
 
 
-def test_jobs_run_in_order_and_report_progress_parts_and_results(executor, told, wait):
-    jobs = [told.start(executor, square, number) for number in (2, 3)]
+def test_jobs_run_in_order_and_report_progress_parts_and_results(executor, log, wait):
+    jobs = [log.start(executor, square, number) for number in (2, 3)]
     wait(executor)
-    assert told == [
+    assert log == [
         entry
         for number in (2, 3)
         for entry in (("progressed", ("squaring", 0.5)), ("received", number), ("finished", number**2))
@@ -134,20 +134,20 @@ def test_jobs_run_in_order_and_report_progress_parts_and_results(executor, told,
 
 
 @pytest.mark.parametrize("count", [10, 10**7], ids=["small", "larger than a pipe"])
-def test_result_arrives_whole_and_read_only_from_a_process(shared_process, told, wait, count):
-    told.start(shared_process, zeros, count)
+def test_result_arrives_whole_and_read_only_from_a_process(shared_process, log, wait, count):
+    log.start(shared_process, zeros, count)
     wait(shared_process)
-    ((kind, array),) = told
+    ((kind, array),) = log
     assert (kind, array.shape) == ("finished", (count,))
     assert not array.flags.writeable
 
 
-def test_error_of_a_function_fails_its_job_alone(executor, told, wait):
-    told.start(executor, reject, 7)
-    told.start(executor, square, 1)
+def test_error_of_a_function_fails_its_job_alone(executor, log, wait):
+    log.start(executor, reject, 7)
+    log.start(executor, square, 1)
     wait(executor)
-    assert told[0] == ("failed", "too large (found: 7).")
-    assert told[-1] == ("finished", 1)
+    assert log[0] == ("failed", "too large (found: 7).")
+    assert log[-1] == ("finished", 1)
 
 
 @pytest.mark.parametrize(
@@ -156,40 +156,40 @@ def test_error_of_a_function_fails_its_job_alone(executor, told, wait):
     ids=["unforeseen error", "result that cannot be pickled"],
 )
 def test_unforeseen_error_in_a_process_fails_the_job_and_the_process_continues(
-    shared_process, told, wait, function, words
+    shared_process, log, wait, function, words
 ):
-    told.start(shared_process, function)
-    told.start(shared_process, is_warm)
+    log.start(shared_process, function)
+    log.start(shared_process, is_warm)
     wait(shared_process)
-    assert told[0][0] == "failed"
-    assert told[0][1].startswith(words)
-    assert told[1] == ("finished", shared_process.pid)
+    assert log[0][0] == "failed"
+    assert log[0][1].startswith(words)
+    assert log[1] == ("finished", shared_process.pid)
 
 
-def test_value_kept_for_several_jobs_is_made_once(executor, told, wait):
+def test_value_kept_for_several_jobs_is_made_once(executor, log, wait):
     total = Kept(list)
     for number in (1, 2, 3):
-        told.start(executor, add, total, number)
-    told.start(executor, square, 5)
-    told.start(executor, add, total, 4)
-    told.start(executor, add, Kept(list), 4)
+        log.start(executor, add, total, number)
+    log.start(executor, square, 5)
+    log.start(executor, add, total, 4)
+    log.start(executor, add, Kept(list), 4)
     wait(executor)
-    assert [value for kind, value in told if kind == "finished"] == [1, 3, 6, 25, 10, 4]
+    assert [value for kind, value in log if kind == "finished"] == [1, 3, 6, 25, 10, 4]
 
 
-def test_value_that_cannot_be_made_fails_each_job_that_needs_it(executor, told, wait):
+def test_value_that_cannot_be_made_fails_each_job_that_needs_it(executor, log, wait):
     broken = Kept(reject_all)
     for _ in range(2):
-        told.start(executor, add, broken, 1)
+        log.start(executor, add, broken, 1)
     wait(executor)
-    assert told == [("failed", "cannot be made.")] * 2
+    assert log == [("failed", "cannot be made.")] * 2
 
 
 @pytest.mark.long
-def test_arguments_wait_here_until_the_process_reads(process, told, wait):
+def test_arguments_wait_here_until_the_process_reads(process, log, wait):
     """A pipe holds 64 kB: writing a larger argument before the process reads would block the window."""
     process.close()
-    jobs = [told.start(process, square, np.ones(10**5)) for _ in range(2)]
+    jobs = [log.start(process, square, np.ones(10**5)) for _ in range(2)]
     assert not any(job.begun for job in jobs)
     wait(process)
     assert process.ready
@@ -197,21 +197,21 @@ def test_arguments_wait_here_until_the_process_reads(process, told, wait):
 
 
 @pytest.mark.long
-def test_warm_process_imports_before_the_first_job(process, told, wait, qtbot):
+def test_warm_process_imports_before_the_first_job(process, log, wait, qtbot):
     process.warm(is_warm)
     qtbot.waitUntil(lambda: process.ready, timeout=LONG)
     pid = process.pid
-    told.start(process, is_warm)
+    log.start(process, is_warm)
     wait(process)
-    assert told == [("finished", pid)]
+    assert log == [("finished", pid)]
 
 
 @pytest.mark.long
-def test_cancelled_job_reports_nothing_and_the_next_one_runs(process, told, qtbot, wait):
-    long = told.start(process, sleep)
-    waiting = told.start(process, square, 2)
-    told.start(process, square, 3)
-    qtbot.waitUntil(lambda: bool(told), timeout=LONG)
+def test_cancelled_job_reports_nothing_and_the_next_one_runs(process, log, qtbot, wait):
+    long = log.start(process, sleep)
+    waiting = log.start(process, square, 2)
+    log.start(process, square, 3)
+    qtbot.waitUntil(lambda: bool(log), timeout=LONG)
     pid = process.pid
     waiting.cancel()
     assert process.pid == pid, "a job that waits is removed; the process continues"
@@ -220,7 +220,7 @@ def test_cancelled_job_reports_nothing_and_the_next_one_runs(process, told, qtbo
     long.cancel()
     assert time.monotonic() - begun < 1
     wait(process)
-    assert told == [
+    assert log == [
         ("progressed", ("sleeping", 0.0)),
         ("progressed", ("squaring", 0.5)),
         ("received", 3),
@@ -229,67 +229,67 @@ def test_cancelled_job_reports_nothing_and_the_next_one_runs(process, told, qtbo
 
 
 @pytest.mark.long
-def test_ignored_job_reports_nothing_and_its_process_continues(process, told, qtbot, wait):
-    ignored = told.start(process, nap)
+def test_ignored_job_reports_nothing_and_its_process_continues(process, log, qtbot, wait):
+    ignored = log.start(process, nap)
     qtbot.waitUntil(lambda: ignored.begun, timeout=LONG)
     pid = process.pid
     ignored.ignore()
-    told.start(process, is_warm)
-    told.start(process, square, 3).ignore()
+    log.start(process, is_warm)
+    log.start(process, square, 3).ignore()
     wait(process)
-    assert told == [("finished", pid)]
+    assert log == [("finished", pid)]
 
 
 @pytest.mark.long
-def test_close_ends_process_and_jobs_and_may_be_repeated(process, told, qtbot):
-    told.start(process, sleep)
-    told.start(process, square, 2)
-    qtbot.waitUntil(lambda: bool(told), timeout=LONG)
+def test_close_ends_process_and_jobs_and_may_be_repeated(process, log, qtbot):
+    log.start(process, sleep)
+    log.start(process, square, 2)
+    qtbot.waitUntil(lambda: bool(log), timeout=LONG)
     process.close()
     process.close()
     assert process.pid is None
     assert not process.busy
     qtbot.wait(50)
-    assert told == [("progressed", ("sleeping", 0.0))]
+    assert log == [("progressed", ("sleeping", 0.0))]
 
 
-def test_crash_fails_the_running_job_and_the_next_job_starts_another_process(process, told, wait):
-    told.start(process, crash)
-    told.start(process, square, 2)
+def test_crash_fails_the_running_job_and_the_next_job_starts_another_process(process, log, wait):
+    log.start(process, crash)
+    log.start(process, square, 2)
     wait(process)
-    assert told[0] == ("failed", DIED)
-    assert told[-1] == ("finished", 4)
+    assert log[0] == ("failed", DIED)
+    assert log[-1] == ("finished", 4)
 
 
-def test_reports_sent_before_a_crash_arrive_before_the_failure(process, told, qtbot):
+def test_reports_sent_before_a_crash_arrive_before_the_failure(process, log, qtbot):
     process.warm()
     qtbot.waitUntil(lambda: process.ready, timeout=LONG)
-    told.start(process, report_and_crash)
+    log.start(process, report_and_crash)
     process._timer.stop()
     process._process.join(10)  # so that report and end are read together
     process._on_timer()
-    assert told == [("progressed", ("almost there", 0.9)), ("failed", DIED)]
+    assert log == [("progressed", ("almost there", 0.9)), ("failed", DIED)]
 
 
 @pytest.mark.long
-def test_process_that_died_idle_is_replaced(process, told, wait):
+def test_process_that_died_idle_is_replaced(process, log, wait):
     for _ in range(2):
-        told.start(process, square, 2)
+        log.start(process, square, 2)
         wait(process)
         kill(process)
-    assert [entry for entry in told if entry[0] in ("finished", "failed")] == [("finished", 4)] * 2
+    assert [entry for entry in log if entry[0] in ("finished", "failed")] == [("finished", 4)] * 2
 
 
 @pytest.mark.long
-def test_job_whose_kept_value_was_lost_fails(process, told, wait):
+def test_job_whose_kept_value_was_lost_fails(process, log, wait):
     total = Kept(list)
-    told.start(process, add, total, 1)
+    log.start(process, add, total, 1)
     wait(process)
     kill(process)
     for _ in range(2):
-        told.start(process, add, total, 5)
+        log.start(process, add, total, 5)
         wait(process)
-    assert told == [("finished", 1), ("failed", DIED), ("finished", 5)]
+    assert log == [("finished", 1), ("failed", DIED), ("finished", 5)]
 
 
 def kill(process):
@@ -298,15 +298,15 @@ def kill(process):
     os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOWAIT)
 
 
-def test_event_loop_runs_between_reading_a_result_and_delivering_it(process, told, qtbot):
+def test_event_loop_runs_between_reading_a_result_and_delivering_it(process, log, qtbot):
     process.warm()
     qtbot.waitUntil(lambda: process.ready, timeout=LONG)
-    told.start(process, square, 2)
+    log.start(process, square, 2)
     process._timer.stop()
     qtbot.waitUntil(lambda: process._on_timer() or bool(process._read), timeout=LONG)
-    assert not told
+    assert not log
     process._on_timer()
-    assert told
+    assert log
 
 
 @pytest.mark.parametrize("jobs", [(), ((square, (2,)),)], ids=["before it is ready", "while it works"])
@@ -354,23 +354,23 @@ def alive(pid):
         return False
 
 
-def test_inline_executor_defers_deferrable_jobs_until_requested(told):
+def test_inline_executor_defers_deferrable_jobs_until_requested(log):
     executor = InlineExecutor("test")
-    told.start(executor, square, 2, deferrable=True)
-    told.start(executor, square, 3)
-    assert told[-1] == ("finished", 9)
+    log.start(executor, square, 2, deferrable=True)
+    log.start(executor, square, 3)
+    assert log[-1] == ("finished", 9)
     assert executor.busy
-    told.clear()
+    log.clear()
     executor.run_waiting()
-    assert told[-1] == ("finished", 4)
+    assert log[-1] == ("finished", 4)
     assert not executor.busy
 
 
-def test_holding_inline_executor_runs_nothing_before_requested(told):
+def test_holding_inline_executor_runs_nothing_before_requested(log):
     executor = InlineExecutor("test", hold=True)
-    told.start(executor, square, 2)
-    told.start(executor, square, 3).cancel()
-    told.start(executor, square, 4).ignore()
-    assert not told
+    log.start(executor, square, 2)
+    log.start(executor, square, 3).cancel()
+    log.start(executor, square, 4).ignore()
+    assert not log
     executor.run_waiting()
-    assert told[-1] == ("finished", 4)
+    assert log[-1] == ("finished", 4)

@@ -273,7 +273,7 @@ def test_coarser_links_are_made_after_all_other_jobs(worker, prepared, document,
     worker.levels_made.connect(lambda _levels: order.append("levels"))
     with qtbot.waitSignal(worker.levels_made, timeout=LONG):
         worker.make_levels(prepared.robot)
-        worker.make_levels(prepared.robot)  # that is asked for already
+        worker.make_levels(prepared.robot)  # already requested
         edits.start(worker, set_method(document, [0], "lscm"))
         assert not order
     assert [kind for kind, _ in edits.ends()] == ["finished"]

@@ -22,7 +22,7 @@ def window(window_again):
 
 
 def rows(window):
-    """Where each panel and each button of the column begins."""
+    """Return the top positions of the panels and buttons of the column."""
     for _ in range(3):  # layouts settle in their own time
         QApplication.processEvents()
     content = window.column

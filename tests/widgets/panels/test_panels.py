@@ -64,7 +64,7 @@ def test_a_slider_gives_back_what_it_was_given(qtbot):
     slider = shown(qtbot, LabelledSlider("Gain", "N", 0.0, 10.0, 0.5, "tip"))
     for value in (0.0, 3.3, 10.0, 25.0, math.inf):
         slider.set_value(value)
-        assert slider.value == value, "a slider shows the setting in force; it never rounds or clips it"
+        assert slider.value == value, "a slider shows the current setting without rounding or clipping"
     assert "∞" in texts(slider)[-1]
 
 
@@ -123,7 +123,7 @@ def test_a_heading_folds_its_panel(qtbot):
     assert folded == [True, False]
     panel.set_folded(True)
     assert panel.folded
-    assert folded == [True, False], "only the hand's folding is told"
+    assert folded == [True, False], "only folding by the user is reported"
 
 
 @pytest.fixture
@@ -153,22 +153,22 @@ def test_the_column_tells_which_panels_are_folded(column):
         "messages-panel",
     )
     assert column.folded == at_first
-    told = []
-    column.folded_changed.connect(told.append)
+    orders = []
+    column.folded_changed.connect(orders.append)
     QTest.mouseClick(column["contacts"]._heading, Qt.MouseButton.LeftButton)
-    assert told == [(*at_first[:2], "contacts-panel", *at_first[2:])]
+    assert orders == [(*at_first[:2], "contacts-panel", *at_first[2:])]
     column.set_folded(["timing-panel", "a panel of another version"])
     assert column.folded == ("timing-panel",)
-    assert len(told) == 1
+    assert len(orders) == 1
 
 
 @pytest.mark.long
 def test_a_folded_panel_out_of_sight_is_revealed(column):
-    told = []
-    column.folded_changed.connect(told.append)
+    orders = []
+    column.folded_changed.connect(orders.append)
     column.set_folded(["timing-panel"])
     column.reveal(column["timing"])
-    assert column.folded == told[0] == ()
+    assert column.folded == orders[0] == ()
     QApplication.processEvents()
     assert column.tab is PanelTab.MODEL
     page = column.page_of(column["timing"]).viewport()
@@ -311,15 +311,15 @@ def test_contacts_are_listed_with_units_and_cleared(qtbot, touched):
     words = texts(panel)
     assert {"On", "N", "kPa", "mm²"} <= set(words)
     place = words.index(region.link)
-    told = panel.findChild(QLabel, "contacts-facts").text()
+    facts = panel.findChild(QLabel, "contacts-facts").text()
     assert words[place : place + 4] == [
         region.link,
         f"{region.force:.2f}",
         f"{1e-3 * region.peak:.1f}",
         f"{1e6 * region.area:.0f}",
     ]
-    assert f"{region.force:.2f} ± {region.force_error:.2f}\u202fN" in told
-    assert f"± {1e3 * region.place_error:.1f}\u202fmm" in told
+    assert f"{region.force:.2f} ± {region.force_error:.2f}\u202fN" in facts
+    assert f"± {1e3 * region.place_error:.1f}\u202fmm" in facts
     panel.clear()
     assert region.link not in texts(panel)
 
@@ -369,7 +369,7 @@ def test_stage_that_ended_before_it_was_listed_is_forgotten(qtbot, touched):
     assert panel.findChild(QLabel, "timing-receive") is None
 
 
-def test_a_number_beside_a_slider_can_be_typed_within_its_limits(qtbot):
+def test_number_next_to_a_slider_can_be_typed_within_its_limits(qtbot):
     slider = shown(qtbot, LabelledSlider("Gain", "N", 0.0, 10.0, 0.5, "tip"))
     got = []
     rested = []

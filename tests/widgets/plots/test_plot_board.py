@@ -99,7 +99,7 @@ def test_plot_without_data_of_another_robot_shows_why(plots):
 
 
 def drag(plots, key, target):
-    """With the mouse, on the plot itself."""
+    """Drag the plot itself with the mouse."""
     surface = content(plots, key).plot.viewport()
     middle = surface.rect().center()
     QTest.mousePress(surface, LEFT, pos=middle)

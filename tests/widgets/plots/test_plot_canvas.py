@@ -20,8 +20,8 @@ def test_background_follows_the_theme(qtbot):
     for theme in (DARK, LIGHT):
         apply_theme(QApplication.instance(), theme)
         picture = panel.grab().toImage()
-        beside = picture.pixelColor(2, 2)
+        outside = picture.pixelColor(2, 2)
         within = picture.pixelColor(panel.width() - 20, 14)
-        assert within == beside
+        assert within == outside
         grounds.append(within.name())
     assert grounds[0] != grounds[1]

@@ -52,7 +52,7 @@ def curve(plots, name, ink):
 
 
 def level(plots, name):
-    """Where the dashed bound lies."""
+    """Return the values of the dashed bounds."""
     return [line.value() for line in plot(plots, name).items if isinstance(line, pg.InfiniteLine) and line.angle == 0]
 
 
@@ -219,8 +219,8 @@ def test_strip_draws_limits_at_their_times_and_counts_those_that_do_not_fit(plot
 
 def amber(image):
     """(h, w) which pixels have the colour of a limit."""
-    wanted = QColor(DARK.warning)
-    return (pixels(image) == [wanted.red(), wanted.green(), wanted.blue()]).all(axis=2)
+    colour = QColor(DARK.warning)
+    return (pixels(image) == [colour.red(), colour.green(), colour.blue()]).all(axis=2)
 
 
 def test_hidden_plots_are_not_drawn(plots, prepared):

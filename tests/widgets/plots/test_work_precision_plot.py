@@ -49,8 +49,8 @@ def plot(qtbot, request):
     return made
 
 
-def place(plot, wanted) -> QPoint:
-    return next(at for known, at in plot.places() if known == wanted).toPoint()
+def place(plot, point) -> QPoint:
+    return next(at for known, at in plot.places() if known == point).toPoint()
 
 
 def click(plot, qtbot, at, *, to=None):
@@ -237,9 +237,9 @@ def test_nearer_of_two_points_in_reach_is_picked(plot, qtbot):
     near = (point("lscm", 0, 100.0, 9.0), point("lscm", 1, 104.0, 9.0), point("lscm", 2, 300.0, 1.0))
     plot.show_diagram(Diagram("flatten", "Flatten", "Distortion", "%", (Curve("lscm", near, 3),)))
     assert 2 < place(plot, near[1]).x() - place(plot, near[0]).x() < 12, "each is within the other's reach"
-    for wanted in near[:2]:
-        qtbot.mouseMove(plot.canvas.viewport(), place(plot, wanted))
-        assert plot.held == wanted
+    for expected in near[:2]:
+        qtbot.mouseMove(plot.canvas.viewport(), place(plot, expected))
+        assert plot.held == expected
 
 
 @pytest.mark.long

@@ -102,7 +102,7 @@ def test_failure_leaves_once_the_same_operation_succeeds(window, tmp_path):
 
 
 def test_every_operation_that_can_fail_can_succeed():
-    """Otherwise its message would remain until another document is opened."""
+    """The message of a failed operation remains until the operation succeeds or another document is opened."""
     failing = set()
     succeeding = set()
     for path in Path(tactile_widgets.__file__).parent.rglob("*.py"):

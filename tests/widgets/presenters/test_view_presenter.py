@@ -276,7 +276,7 @@ def test_taxel_is_found_by_its_hardware_id(window, prepared):
     assert window.statusBar().currentMessage().endswith(f"hidden on the map: {hidden} (Edit > Show all patches)")
     camera = window.map_view.camera
     window.presenters.view.find_taxel("5/5")
-    assert window.views.selection.taxels.tolist() == [taxel], "as it was"
+    assert window.views.selection.taxels.tolist() == [taxel], "unchanged"
     assert window.map_view.camera == camera
     assert "Unknown taxel" in window.notification_bar.text
 

@@ -1,4 +1,4 @@
-"""Settings and effects in force are told once a change, and anew when something else is shown."""
+"""Current settings and effects are reported once per change, and again when another session is shown."""
 
 from __future__ import annotations
 

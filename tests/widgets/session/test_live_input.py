@@ -56,12 +56,12 @@ def readings(prepared, tmp_path):
 
 
 def test_recorded_readings_give_contacts_and_postures(live, prepared, readings):
-    told = []
+    changes = []
     frames = []
-    live.connection.changed.connect(told.append)
+    live.connection.changed.connect(changes.append)
     live.frame_ready.connect(frames.append)
     live.connection.open(readings)
-    assert told == [live.live_input]
+    assert changes == [live.live_input]
     live.runner.run_for(3.0)
     live.pump()
     assert live.mode is Mode.RUNNING

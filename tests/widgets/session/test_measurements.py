@@ -56,7 +56,7 @@ def live(qtbot, prepared):
 
 
 @pytest.fixture
-def told(live):
+def live_notes(live):
     return notes_of(live.measurements)
 
 
@@ -74,13 +74,13 @@ def finish(live):
 
 
 @pytest.mark.long
-def test_results_of_the_shown_scene_are_reported(live, told, prepared):
+def test_results_of_the_shown_scene_are_reported(live, live_notes, prepared):
     request_everything(live, prepared)
     assert live.measurements.weighing
     finish(live)
     assert not live.measurements.weighing
-    values = dict(told)
-    assert [name for name, _ in told] == [
+    values = dict(live_notes)
+    assert [name for name, _ in live_notes] == [
         "weighing_changed",
         "measured",
         "compared",
@@ -92,21 +92,21 @@ def test_results_of_the_shown_scene_are_reported(live, told, prepared):
     assert values["priced"].keys() == ablation_cost(prepared, effects=prepared.scene.effects, seconds=0.05).keys()
 
 
-def test_results_of_the_previous_scene_are_dropped(live, told, prepared):
+def test_results_of_the_previous_scene_are_dropped(live, live_notes, prepared):
     request_everything(live, prepared)
     live.show_prepared(prepared)  # the same scene, from its start
-    assert told == [("weighing_changed", True), ("weighing_changed", False)]
+    assert live_notes == [("weighing_changed", True), ("weighing_changed", False)]
     finish(live)
-    assert told[2:] == []
+    assert live_notes[2:] == []
 
 
-def test_failure_for_the_previous_scene_is_dropped(live, told, prepared):
+def test_failure_for_the_previous_scene_is_dropped(live, live_notes, prepared):
     live.measurements.weigh(prepared, with_override(prepared.scene, "skin", "off").effects)
     live.show_prepared(prepared)
     live.measurements.weigh(prepared, prepared.scene.effects)
     finish(live)
-    assert "cost_failed" not in dict(told)
-    assert told[-1][0] == "weighed"
+    assert "cost_failed" not in dict(live_notes)
+    assert live_notes[-1][0] == "weighed"
 
 
 @pytest.fixture(scope="module")

@@ -23,7 +23,7 @@ FULL = Path("/dev/full")
 
 
 class GatedRecorder(Recorder):
-    """A real one on a disk that stands still until ``gate`` is set."""
+    """A recorder on a disk that blocks until ``gate`` is set."""
 
     def __init__(self, *args):
         super().__init__(*args)
@@ -76,9 +76,9 @@ def test_blocked_disk_delays_no_caller_and_loses_no_tick(prepared, tmp_path):
         session.tick()
         writer.write(session.frame, session.inputs)
     assert recorder.writing.wait(10)
-    assert recorder.frames == 0, "the disk still stands"
+    assert recorder.frames == 0, "the disk still blocks"
     writer.end()
-    assert writer.take_closed() == [], "nobody waits for the disk that stands"
+    assert writer.take_closed() == [], "the caller does not wait for the blocked disk"
     recorder.gate.set()
     writer.wait()
     assert writer.take_closed() == [tmp_path / "slow.mcap"]
@@ -98,7 +98,7 @@ def test_disk_that_stays_blocked_ends_the_recording_with_a_message(prepared, tmp
     for _ in range(10):
         session.tick()
         writer.write(session.frame, session.inputs)
-    assert "too slow" in str(writer.take_failure()), "told while the disk still stands"
+    assert "too slow" in str(writer.take_failure()), "reported while the disk still blocks"
     assert writer.recorder is None
     assert writer.take_failure() is None
     recorder.gate.set()
@@ -122,9 +122,9 @@ def test_full_disk_is_reported_once_and_the_session_continues(prepared, tmp_path
         session.tick()
         writer.write(session.frame, session.inputs)
     assert session.frame.tick == 70
-    told = []
-    qtbot.waitUntil(lambda: told.append(writer.take_failure()) or told[-1] is not None)
-    assert str(path) in str(told[-1])
+    failures = []
+    qtbot.waitUntil(lambda: failures.append(writer.take_failure()) or failures[-1] is not None)
+    assert str(path) in str(failures[-1])
     assert writer.recorder is None
     assert writer.take_failure() is None
     kept = RecordingPlayer(path)
@@ -169,17 +169,17 @@ def test_remaining_space_is_reported_below_an_hour_ten_minutes_and_a_minute(prep
     writer.begin(recorder)
     let_it_write(writer, session, recorder, 1, qtbot)  # the scene, which does not count
     start = recorder.bytes_written
-    told = []
+    warnings = []
     for share in (1e9, 5000.0, 3000.0, 2500.0, 500.0, 450.0, 48.0, 40.0):
         let_it_write(writer, session, recorder, 24, qtbot)
         now[0] += 10.0
         free[0] = int(share * (recorder.bytes_written - start) / now[0])
         let_it_write(writer, session, recorder, 1, qtbot)
-        told.append(writer.take_warning())
-    assert [warning is not None for warning in told] == [False, False, True, False, True, False, True, False]
-    assert told[2].folder == tmp_path
-    assert told[2].seconds == pytest.approx(3000.0, rel=0.18), "but for the chunk that is being filled"
-    assert told[6].free < told[4].free
+        warnings.append(writer.take_warning())
+    assert [warning is not None for warning in warnings] == [False, False, True, False, True, False, True, False]
+    assert warnings[2].folder == tmp_path
+    assert warnings[2].seconds == pytest.approx(3000.0, rel=0.18), "but for the chunk that is being filled"
+    assert warnings[6].free < warnings[4].free
     complete(writer)
 
 

@@ -26,7 +26,7 @@ from tests.widgets.support.window_driver import blow_up
 
 @pytest.fixture
 def live(qtbot, prepared):
-    """A session that runs when told to, showing the small arm."""
+    """A session host with the small arm that runs on request."""
     made = SessionHost(backends=INLINE)
     made.show_prepared(prepared)
     yield made
@@ -35,8 +35,8 @@ def live(qtbot, prepared):
 
 
 @pytest.fixture
-def told(live):
-    """Everything the session says, as (signal, argument)."""
+def emitted(live):
+    """All signals of the session as (name, argument)."""
     facts = []
     signals = {name: getattr(live, name) for name in ("failed", "halted", "settings_changed", "frame_ready")}
     signals |= {"saved": live.recording.saved, "recording_changed": live.recording.changed}
@@ -45,9 +45,9 @@ def told(live):
     return facts
 
 
-def said(told, name):
-    """What one signal said."""
-    return [content for fact, content in told if fact == name]
+def arguments_of(emitted, name):
+    """Return the arguments of a signal."""
+    return [content for fact, content in emitted if fact == name]
 
 
 def recorded(live, path, seconds=0.3):
@@ -75,11 +75,11 @@ def test_inputs_before_the_first_scene_have_no_effect(qtbot):
     live.deleteLater()
 
 
-def test_each_frame_is_reported_once(live, told):
+def test_each_frame_is_reported_once(live, emitted):
     live.runner.run_for(0.1)
     live.pump()
     live.pump()
-    (frame,) = said(told, "frame_ready")
+    (frame,) = arguments_of(emitted, "frame_ready")
     assert frame.tick == 20
 
 
@@ -91,14 +91,14 @@ def test_press_takes_effect_at_the_next_tick(live, prepared):
     assert live.runner.session.frame.pokes[-1].force > 0
 
 
-def test_window_continues_during_a_long_tick(live, told):
-    """As one that compiles other effects does: the runner holds its lock for all of it."""
+def test_window_continues_during_a_long_tick(live, emitted):
+    """The runner holds its lock during the whole tick, as when other effects are compiled."""
     with live.runner.lock:
         live.runner.session.tick()
         live.pump()  # here it would wait for ever
-    assert not said(told, "frame_ready")
+    assert not arguments_of(emitted, "frame_ready")
     live.pump()
-    assert said(told, "frame_ready") == [live.runner.session.frame]
+    assert arguments_of(emitted, "frame_ready") == [live.runner.session.frame]
 
 
 def test_speed_is_kept_for_the_next_scene(live, prepared):
@@ -108,46 +108,46 @@ def test_speed_is_kept_for_the_next_scene(live, prepared):
 
 
 @pytest.mark.long
-def test_every_tick_is_recorded_not_every_drawn_frame(live, told, tmp_path):
+def test_every_tick_is_recorded_not_every_drawn_frame(live, emitted, tmp_path):
     path = recorded(live, tmp_path / "all.mcap")
     assert len(RecordingPlayer(path)) == 61, "with the tick it begins at"
-    assert said(told, "saved") == [str(path)]
-    assert said(told, "recording_changed") == [str(path), None]
+    assert arguments_of(emitted, "saved") == [str(path)]
+    assert arguments_of(emitted, "recording_changed") == [str(path), None]
 
 
 @pytest.mark.long
-def test_recording_made_while_paused_contains_the_shown_tick(live, told, tmp_path):
+def test_recording_made_while_paused_contains_the_shown_tick(live, emitted, tmp_path):
     live.runner.run_for(0.1)
     live.set_paused(paused=True)
     path = recorded(live, tmp_path / "paused.mcap")
-    assert said(told, "saved") == [str(path)]
+    assert arguments_of(emitted, "saved") == [str(path)]
     player = RecordingPlayer(path)
     assert [player.frame(number).tick for number in range(len(player))] == [20]
 
 
-def test_recording_is_never_overwritten(live, told, tmp_path):
+def test_recording_is_never_overwritten(live, emitted, tmp_path):
     path = tmp_path / "kept.mcap"
     path.write_bytes(b"mine")
     live.recording.start(path)
     assert live.recording.recorder is None
-    assert str(path) in said(told, "failed")[0]
+    assert str(path) in arguments_of(emitted, "failed")[0]
     assert path.read_bytes() == b"mine"
 
 
 @pytest.mark.long
-def test_failed_simulation_keeps_the_recording_and_continues_after_a_reset(live, told, tmp_path, prepared):
+def test_failed_simulation_keeps_the_recording_and_continues_after_a_reset(live, emitted, tmp_path, prepared):
     path = tmp_path / "failed.mcap"
     live.recording.start(path)
     live.runner.run_for(0.2)
     blow_up(live)
-    assert "diverged" in said(told, "halted")[0]
+    assert "diverged" in arguments_of(emitted, "halted")[0]
     assert live.mode is Mode.PAUSED
     assert live.recording.recorder is None
     assert RecordingPlayer(path).complete
     assert len(RecordingPlayer(path)) == 41
     live.reset()
     assert live.mode is Mode.RUNNING
-    assert said(told, "halted") == said(told, "halted")[:1], "it is said once"
+    assert arguments_of(emitted, "halted") == arguments_of(emitted, "halted")[:1], "it is said once"
     live.runner.run_for(0.1)
     assert live.runner.session.frame.tick == 20
 
@@ -158,13 +158,13 @@ def test_paused_session_stays_paused_after_a_reset(live):
     assert live.mode is Mode.PAUSED
 
 
-def test_settings_requested_while_paused_survive_a_reset(live, told):
+def test_settings_requested_while_paused_survive_a_reset(live, emitted):
     live.set_paused(paused=True)
     live.set_settings(ControlSettings(controller="hold_force"))
     live.reset()
     live.step()
     assert live.runner.session.settings.controller == "hold_force"
-    assert said(told, "settings_changed")[-1].controller == "hold_force"
+    assert arguments_of(emitted, "settings_changed")[-1].controller == "hold_force"
 
 
 def test_map_edited_while_paused_controls_the_arm_after_a_reset(live, prepared):
@@ -180,7 +180,7 @@ def test_map_edited_while_paused_controls_the_arm_after_a_reset(live, prepared):
 
 
 @pytest.mark.long
-def test_replay_shows_the_recorded_settings(live, told, tmp_path):
+def test_replay_shows_the_recorded_settings(live, emitted, tmp_path):
     path = tmp_path / "controllers.mcap"
     live.recording.start(path)
     live.runner.run_for(0.2)
@@ -193,12 +193,12 @@ def test_replay_shows_the_recorded_settings(live, told, tmp_path):
     seen = []
     for seconds in (0.1, 0.3, 0.5):
         live.replay.seek(seconds)
-        seen.append(said(told, "settings_changed")[-1])
+        seen.append(arguments_of(emitted, "settings_changed")[-1])
     assert [settings.controller for settings in seen] == ["impedance", "hold_force", "impedance"]
     assert seen[-1].stiffness == 20.0
     live.replay.seek(0.3)
     live.replay.leave()
-    assert said(told, "settings_changed")[-1].stiffness == 20.0, "the live session's own again"
+    assert arguments_of(emitted, "settings_changed")[-1].stiffness == 20.0, "the live session's own again"
 
 
 @pytest.mark.long
@@ -214,13 +214,13 @@ def test_leaving_a_replay_restores_running_or_paused(live, tmp_path, paused):
 
 
 @pytest.mark.long
-def test_replay_begins_with_its_first_frame_also_at_an_equal_tick(live, told, tmp_path):
+def test_replay_begins_with_its_first_frame_also_at_an_equal_tick(live, emitted, tmp_path):
     path = recorded(live, tmp_path / "same.mcap", seconds=0.0)
     live.pump()
     tick = live.runner.session.frame.tick
-    told.clear()
+    emitted.clear()
     live.open_recording(path)
-    (frame,) = said(told, "frame_ready")
+    (frame,) = arguments_of(emitted, "frame_ready")
     assert frame.tick == tick
     assert frame is not live.runner.session.frame
 
@@ -240,16 +240,16 @@ def test_recording_cannot_be_poked(live, tmp_path, prepared):
     assert live.runner.session.frame.tick == 70
 
 
-def test_damaged_recording_leaves_the_session_running(live, told, tmp_path):
+def test_damaged_recording_leaves_the_session_running(live, emitted, tmp_path):
     path = tmp_path / "bad.mcap"
     path.write_bytes(b"nothing of the sort")
     live.open_recording(path)
     assert live.mode is Mode.RUNNING
-    assert str(path) in said(told, "failed")[0]
+    assert str(path) in arguments_of(emitted, "failed")[0]
 
 
 @pytest.mark.long
-def test_edit_in_progress_is_cancelled_before_another_scene_is_shown(live, told, tmp_path):
+def test_edit_in_progress_is_cancelled_before_another_scene_is_shown(live, emitted, tmp_path):
     path = recorded(live, tmp_path / "order.mcap")
     order = []
     live.mode_changed.connect(order.append)
@@ -279,11 +279,11 @@ def test_measurements_of_the_previous_scene_are_dropped_for_a_recording(qtbot, p
     assert heard == []
 
 
-def test_scene_that_cannot_run_leaves_the_previous_one(live, told, prepared):
+def test_scene_that_cannot_run_leaves_the_previous_one(live, emitted, prepared):
     stroke = replace(prepared.scene.stimuli[0], patch="no such patch")
     live.show_prepared(replace(prepared, scene=replace(prepared.scene, stimuli=(stroke,))))
     assert live.prepared is prepared
-    assert "no such patch" in said(told, "failed")[0]
+    assert "no such patch" in arguments_of(emitted, "failed")[0]
     live.runner.run_for(0.05)
     assert live.runner.session.frame.tick == 10
 

@@ -1,4 +1,4 @@
-"""A scene that runs, as the window has it: what was asked for survives a reset, what was refused does not."""
+"""A running scene in the window: requested changes survive a reset, rejected ones do not."""
 
 from __future__ import annotations
 

@@ -15,12 +15,12 @@ from tactile_widgets.session.session_runner import UNREAD_SECONDS, InlineRunner,
 
 
 class FailingSession(Session):
-    """A real session whose next ticks fail, as when nobody foresaw something."""
+    """A session whose next ticks fail with an unexpected exception."""
 
     broken: Exception | None = None
 
     def tick(self):
-        """Fail if told to."""
+        """Fail if ``broken`` is set."""
         if self.broken is not None:
             raise self.broken
         return super().tick()
@@ -70,7 +70,7 @@ def test_inline_runner_advances_only_on_request(session):
     runner = InlineRunner(session, ticks.append)
     runner.run_for(0.25)
     assert session.frame.time == pytest.approx(0.25)
-    assert [frame.tick for frame in ticks] == list(range(1, 51)), "every tick is told, not every picture"
+    assert [frame.tick for frame in ticks] == list(range(1, 51)), "every tick is reported, not only drawn frames"
     runner.paused = True
     runner.run_for(1.0)
     assert session.frame.time == pytest.approx(0.25)
@@ -109,7 +109,7 @@ def test_rejected_input_is_reported_and_time_continues(session):
     assert "whole number" in str(runner.failure)
     assert not runner.paused
     assert not runner.halted
-    assert session.frame.tick == 19, "the tick that was asked for it is left out"
+    assert session.frame.tick == 19, "the requested tick is skipped"
 
 
 def test_thread_runs_by_the_clock_and_stops(thread, qtbot):
@@ -165,7 +165,7 @@ def test_lock_is_released_after_each_tick(prepared, qtbot):
 
 
 def looks(*gaps):
-    """A clock that shows these gaps [s] between looks, then stands still; and an event that is set at its end."""
+    """Return a clock with these gaps [s] between calls that then stops, and an event that is set at its end."""
     ended = threading.Event()
     shown = chain(accumulate(gaps, initial=0.0), repeat(sum(gaps)))
     count = iter(range(10**9))
@@ -191,12 +191,12 @@ def looks(*gaps):
 )
 def test_session_runs_at_the_requested_speed_and_catches_up_a_tenth_of_a_second(session, speed, gaps, ticks):
     clock, ended = looks(*gaps)
-    told = []
-    runner = ThreadRunner(session, told.append, speed=speed, clock=clock)
+    reported = []
+    runner = ThreadRunner(session, reported.append, speed=speed, clock=clock)
     runner.start()
     assert ended.wait(10)
     runner.stop()
-    assert len(told) == ticks
+    assert len(reported) == ticks
 
 
 @pytest.mark.long
@@ -204,10 +204,10 @@ def test_session_waits_for_a_window_that_takes_no_frames(session):
     """Half a second of looks a hundredth apart, and the frames are taken once: after two tenths the session waits."""
     clock, ended = looks(*[0.010] * 50)
     ticks_when_taken = 25
-    told = []
+    reported = []
 
     def each(frame):
-        told.append(frame.tick)
+        reported.append(frame.tick)
         if frame.tick == ticks_when_taken:
             runner.take_recent()
 
@@ -216,7 +216,7 @@ def test_session_waits_for_a_window_that_takes_no_frames(session):
     assert ended.wait(10)
     runner.stop()
     unread = UNREAD_SECONDS / session.prepared.scene.tick
-    assert ticks_when_taken + unread <= len(told) <= ticks_when_taken + unread + 4, "and 2 ticks are due a look"
+    assert ticks_when_taken + unread <= len(reported) <= ticks_when_taken + unread + 4, "and 2 ticks are due a look"
 
 
 def test_time_beyond_the_speed_of_the_machine_is_dropped(session):
@@ -248,32 +248,32 @@ def test_submit_does_not_wait_for_the_session(prepared, qtbot):
     session = SlowToAsk(prepared)
     runner = ThreadRunner(session, lambda _frame: None)
     runner.start()
-    wanted = replace(session.effects, timestep=0.0025)
+    requested = replace(session.effects, timestep=0.0025)
     runner.submit(EffectsChanged(replace(session.effects, timestep=0.003)))
-    runner.submit(EffectsChanged(wanted))
+    runner.submit(EffectsChanged(requested))
     session.gate.set()
-    qtbot.waitUntil(lambda: session.effects == wanted)
+    qtbot.waitUntil(lambda: session.effects == requested)
     runner.stop()
     assert set(session.asked_by) == {"session"}
-    assert "whole number" in str(runner.failure), "what was asked for first was taken first, and refused"
+    assert "whole number" in str(runner.failure), "the first request was applied first and rejected"
 
 
 def test_inputs_while_paused_are_applied_at_once_and_in_order(session):
     runner = ThreadRunner(session, lambda _frame: None)
-    wanted = [replace(session.effects, timestep=step) for step in (0.0025, 0.00125)]
-    runner.submit(EffectsChanged(wanted[0]))
+    requested = [replace(session.effects, timestep=step) for step in (0.0025, 0.00125)]
+    runner.submit(EffectsChanged(requested[0]))
     runner.paused = True
-    runner.submit(EffectsChanged(wanted[1]))
+    runner.submit(EffectsChanged(requested[1]))
     runner.step()
-    assert session.effects == wanted[1]
+    assert session.effects == requested[1]
     runner.paused = False
-    runner.submit(EffectsChanged(wanted[0]))
+    runner.submit(EffectsChanged(requested[0]))
     runner.step()
-    assert session.effects == wanted[0], "a step takes what still waits"
-    runner.submit(EffectsChanged(wanted[1]))
+    assert session.effects == requested[0], "a step takes what still waits"
+    runner.submit(EffectsChanged(requested[1]))
     runner.reset()
     runner.step()
-    assert session.effects == wanted[0], "and a reset forgets it"
+    assert session.effects == requested[0], "and a reset forgets it"
 
 
 def test_unexpected_error_of_an_input_is_reported(thread, qtbot, monkeypatch):
@@ -284,7 +284,7 @@ def test_unexpected_error_of_an_input_is_reported(thread, qtbot, monkeypatch):
     assert thread._thread.is_alive()
 
 
-@pytest.mark.parametrize("why", ["diverged", "nobody foresaw this"])
+@pytest.mark.parametrize("why", ["diverged", "unexpected failure"])
 def test_failure_on_the_thread_is_stored_for_the_window(thread, qtbot, monkeypatch, tmp_path, why):
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
     with thread.lock:

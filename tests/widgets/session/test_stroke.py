@@ -30,7 +30,7 @@ def line(coarse_prepared):
 
 
 def places(prepared, line):
-    """Where the mouse is told to be, once a frame."""
+    """Return the positions of the mouse, one per frame."""
     patch, way = line
     locator = SkinLocator(prepared.skin)
     return [locator.surface_point(patch, point) for point in way[:: round(SPEED * FRAME / 0.001)]]

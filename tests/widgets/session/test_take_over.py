@@ -70,7 +70,7 @@ def test_simulation_continues_from_the_shown_frame_of_a_recording(window, tmp_pa
     assert session.settings.controller == "hold_force"
     assert [poke.id for poke in session.frame.pokes] == [poke.id for poke in shown.pokes]
     run(window, 0.2)
-    assert session.frame.tick > shown.tick, "and it goes on"
+    assert session.frame.tick > shown.tick, "and it continues"
 
 
 @pytest.fixture

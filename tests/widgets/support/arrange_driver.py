@@ -64,7 +64,7 @@ class Bench:
         return self.view.map_to_pixels(np.atleast_2d(points))
 
     def middle(self, number):
-        """Of a patch's box, on the map [m]; on the leaves it is a place of the patch."""
+        """Return the centre of a patch's box on the map [m]; it is inside the patch for the leaves."""
         return self.document.map.boxes[number].mean(axis=0)
 
     def over(self, number):
@@ -72,7 +72,7 @@ class Bench:
         return self.pixels(self.middle(number))[0]
 
     def handle(self, number):
-        """Where a handle of the frame is [px]."""
+        """Return the position of a handle of the frame [px]."""
         frame = TransformBox.around(self.document, self.editor.selected)
         return self.pixels(frame.handles(self.view._pixel_size(self.view.picture.shapes.frame)))[number]
 

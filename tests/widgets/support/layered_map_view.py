@@ -1,4 +1,4 @@
-"""A map view of its own, with the layers of View > Overlay as they are shown at first."""
+"""A map view without a window, with the default layers of View > Overlay."""
 
 from __future__ import annotations
 

@@ -109,7 +109,7 @@ class MapViewDriver:
         QTest.keyClick(self.view, key, keys)
 
     def picture(self):
-        """What the view looks like."""
+        """Return a picture of the view."""
         return self.view.grab().toImage()
 
 
@@ -134,7 +134,7 @@ def middle(document, number) -> np.ndarray:
 
 
 def corner(document, vertex, number=SHEET) -> np.ndarray:
-    """(2,) where a vertex of a patch's surface lies on the map [m]; the first of several."""
+    """Return the position (2,) of a vertex of a patch's surface on the map [m]; the first of several."""
     return document.map.uv[number][document.charts[number].vertex_of == vertex][0]
 
 
@@ -144,7 +144,7 @@ def sheet_vertex(column, row) -> int:
 
 
 def flips(document) -> int:
-    """Triangles that lie the wrong way round."""
+    """Return the number of flipped triangles."""
     return sum(int(flipped(chart.plane, chart.faces).sum()) for chart in document.charts)
 
 

@@ -138,7 +138,7 @@ DEAR_ACTIONS = frozenset(
         "package_root",
     }
 )
-"""What simulates or opens for seconds."""
+"""Actions that simulate or open for seconds."""
 DEAR_BUTTONS = frozenset({"comparison-run", "accuracy-measure", "budget-propose"})
 """The same, of the panels."""
 BROKEN = ("broken.mcap", "broken.npz", "broken.toml", "broken.txt", "broken.urdf", "letter.docx")
@@ -147,16 +147,16 @@ LAST = 20
 
 
 class RandomUser:
-    """Acts on a window and looks at it after each act; used as a context, for the files it is asked for.
+    """Acts on a window at random and checks it after each act; a context manager that replaces file dialogs.
 
     Args:
-        window: The window, with something shown in it.
-        seed: Of all acts.
-        folder: Where it saves and finds files.
-        pass_time: Lets about so many simulated seconds pass, and the window show them.
-        scenes: Opens one of the scenes by number; None for a user who opens none and measures nothing for seconds.
-        before: Told each act before it is done, in words.
-        works: Whether it mostly edits map, path and skin, and does what could lose them; needs ``scenes``.
+        window: Window that shows a scene.
+        seed: Seed of all acts.
+        folder: Folder for saving and finding files.
+        pass_time: Advances the simulation and the window by about this time [s].
+        scenes: Opens a scene by number; None for a user who opens no scenes and starts no long measurements.
+        before: Called with a description of each act before it is done.
+        works: Whether it mostly edits map, path and skin, and does acts that could lose them; needs ``scenes``.
 
     Attributes:
         done: Acts done.
@@ -248,10 +248,10 @@ class RandomUser:
             setattr(FileDialog, name, kept)
 
     def run(self, acts: int) -> None:
-        """Do so many.
+        """Do this number of acts.
 
         Raises:
-            AssertionError: The window was not whole after one; the message tells how to do the same again.
+            AssertionError: An invariant of the window failed; the message states how to repeat the acts.
         """
         for _ in range(acts):
             self.act()
@@ -372,12 +372,12 @@ class RandomUser:
     def _answer(self, modal: QWidget) -> None:
         if isinstance(modal, QMessageBox):
             button = self._one_of(modal.buttons())
-            self._say(f"answers {modal.objectName()} by {button.text()}")
+            self._say(f"closes {modal.objectName()} with {button.text()}")
             _click(button)
         elif isinstance(modal, CommandPalette):
             self._finds(modal)
         elif isinstance(modal, QInputDialog) and self._chance(0.6):
-            self._say(f"answers {modal.objectName()}")
+            self._say(f"closes {modal.objectName()}")
             if (field := modal.findChild(QLineEdit)) is not None and field.isVisible():
                 QTest.keyClicks(field, self._one_of(["left", "1", "  ", "<b>&", "x" * 80]))
             QTest.keyClick(modal, KEY.Key_Return)
@@ -567,7 +567,7 @@ class RandomUser:
         _mouse(target, QEvent.Type.MouseButtonRelease, end)
 
     def _right_clicks(self) -> None:
-        """On a view: what can be done with what is there is offered, and answered as the next act."""
+        """Right-click on a view; the next act chooses from the menu."""
         view, target = self._view()
         at = self._place(view, target)
         self._say(f"right-click on the {_name(view)} at {_at(at)}")
@@ -605,7 +605,7 @@ class RandomUser:
             self.window.settings.save_layout(name, docks.layout)
 
     def _changes_a_key(self) -> None:
-        """On the sheet of keys: press another key for an action, and swap, keep or give up."""
+        """Change a key on the sheet of keys: press another key for an action, then swap, keep or cancel."""
         self.window.action("keys").trigger()
         sheet = self.window.findChild(KeysSheet)
         spec = self._one_of(list(specs_in(self.window.context.actions.menus)))
@@ -719,7 +719,7 @@ class RandomUser:
         QApplication.sendEvent(self.window, event)
 
     def _file_to_open(self, kinds: str) -> str:
-        """One that was saved or recorded, of the kind asked for or any other; one that is broken, or is not there."""
+        """Return a saved or recorded file of the requested kind or another, a broken file, or a missing one."""
         if self._chance(0.15):
             return ""
         files = [path for path in sorted(self.folder.rglob("*")) if path.suffix in (".mcap", ".npz", ".toml", ".csv")]
@@ -739,7 +739,7 @@ class RandomUser:
 
 
 def _mouse(target: QWidget, kind: QEvent.Type, at: QPoint, button=LEFT, modifier=MODIFIERS[0]) -> None:
-    """Not by ``QTest``: an exception in what it calls ends the process there (PySide6 6.11), and names no act."""
+    """Send a mouse event without ``QTest``, where an exception in a handler ends the process (PySide6 6.11)."""
     if not shiboken6.isValid(target):
         return
     none = Qt.MouseButton.NoButton
@@ -767,7 +767,7 @@ def _click(target: QWidget, at: QPoint | None = None, button=LEFT, modifier=MODI
 
 
 def _away(path: Path) -> bool:
-    """Not into the trash of who runs the tests."""
+    """Delete a file instead of moving it to the trash of the user."""
     path.unlink(missing_ok=True)
     return True
 

@@ -24,7 +24,7 @@ PICTURE = (320, 280)
 
 
 def open_view(qtbot) -> RobotView:
-    """An empty view on the screen; whoever opens it closes it."""
+    """Return an empty view on the screen; the caller closes it."""
     view = RobotView(DARK, PressureScale())
     qtbot.addWidget(view)
     view.resize(480, 400)

@@ -1,4 +1,4 @@
-"""What tests stand on: a coarse arm, a smooth touch as the session would report it, a small map that never changes."""
+"""Shared test data: a coarse arm, a smooth touch as a session would report it, and a small constant map."""
 
 from __future__ import annotations
 

@@ -13,13 +13,13 @@ from tactile_maps.session.prepare import PreparedScene, prepare
 
 
 class SmallScenes:
-    """Prepares scenes as ``prepare`` does, but for the number of taxels, and remembers what it made.
+    """Prepares scenes like ``prepare`` but with fewer taxels, and caches them.
 
-    Each time it is another copy, as a process beside the window would send it.
+    Each call returns a new copy, as a worker process would send it.
 
     Args:
-        taxels: At most so many a scene.
-        most: It remembers so many, those asked for lately; a person's own effects make scenes without end.
+        taxels: Maximum number of taxels of a scene.
+        most: Size of the cache, which keeps the most recent scenes; effects of the user make ever new ones.
     """
 
     def __init__(self, taxels: int, *, most: int = 24) -> None:
@@ -28,7 +28,7 @@ class SmallScenes:
         self._made: dict[str, bytes] = {}
 
     def prepare(self, scene: Scene, **how: object) -> PreparedScene:
-        """As ``tactile_maps.session.prepare.prepare``."""
+        """Prepare a scene, see ``tactile_maps.session.prepare.prepare``."""
         small = replace(scene, cover=replace(scene.cover, taxels=min(scene.cover.taxels, self._taxels)))
         key = scene_to_toml(small)
         if key not in self._made:

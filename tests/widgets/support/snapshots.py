@@ -1,7 +1,7 @@
-"""Compares what a widget draws with a picture kept beside the tests, allowing for small differences of rasterising.
+"""Compares the drawing of a widget with a picture stored with the tests; small rasterisation differences are allowed.
 
-Pinned here: size, font, style and scale. ``TACTILE_MAPS_UPDATE_SNAPSHOTS=1`` writes the pictures anew; look at them
-before you keep them.
+Size, font, style and scale are fixed. ``TACTILE_MAPS_UPDATE_SNAPSHOTS=1`` writes new pictures; look at them before you
+keep them.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ def shared_share(one: np.ndarray, other: np.ndarray, *, tolerance: int) -> float
 def check_picture(widget: QWidget, name: str, *, tolerance: int = 24, share: float = 0.985) -> None:
     """Assert that ``widget`` looks like ``snapshots/name.png``: ``share`` of its pixels within ``tolerance``.
 
-    On failure the new picture is left beside the old one as ``name.new.png``.
+    On failure the new picture is written next to the old one as ``name.new.png``.
     """
     drawn = widget.grab().toImage()
     kept = FOLDER / f"{name}.png"

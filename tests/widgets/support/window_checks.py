@@ -1,5 +1,5 @@
-"""What must be true of the window after whatever was done to it: nothing unforeseen, a whole map, a session that lives
-or says why not, actions as the state has them, and the work of the user kept or asked about.
+"""Invariants of the window: no unexpected error, a valid map, a session that runs or states why not, actions that fit
+the state, and no work of the user lost without a question.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from tactile_maps.session.runtime_settings import RuntimeSettings
 from tactile_widgets.common.mode import Mode
 
 HARMLESS = re.compile(r"This plugin does not support|not accepted by receiving widget")
-"""Said by the off-screen plugin, and by QTest of an event that nobody wanted."""
+"""Messages of the off-screen plugin, and of QTest about an event that no widget accepted."""
 LOUD = (QtMsgType.QtWarningMsg, QtMsgType.QtCriticalMsg, QtMsgType.QtFatalMsg)
 
 
@@ -29,10 +29,10 @@ class WindowFault(Exception):
 
 
 class WindowChecks:
-    """Listens to what nobody foresaw, and looks; used as a context.
+    """Collects unexpected errors and checks the invariants; a context manager.
 
     Args:
-        window: To look at.
+        window: Window to check.
     """
 
     def __init__(self, window) -> None:
@@ -68,8 +68,8 @@ class WindowChecks:
         Raises:
             WindowFault: With what is wrong.
         """
-        _require(not self._unforeseen, "an exception that nobody caught", *self._unforeseen)
-        _require(not self._window.notifier._faults, "an unexpected error was told", self._window.notifier._faults)
+        _require(not self._unforeseen, "an uncaught exception", *self._unforeseen)
+        _require(not self._window.notifier._faults, "an unexpected error was reported", self._window.notifier._faults)
         _require(not self._warnings, "Qt warned", *self._warnings)
         self._check_map()
         self._check_session()
@@ -100,9 +100,9 @@ class WindowChecks:
         if failure is not None:
             _require(halted, "a session that failed runs on", failure)
         if live.mode is Mode.RUNNING:
-            _require(not halted, "a session that stands still is shown as running")
+            _require(not halted, "a stopped session is shown as running")
         if halted and live.mode is Mode.PAUSED:
-            _require(self._halts, "a session stands still and nobody was told", failure)
+            _require(self._halts, "a session stopped without a report", failure)
         for name in ("posture", "velocity", "pressures", "objects"):
             _require(np.isfinite(getattr(frame, name)).all(), f"{name} with what is no number")
 
@@ -120,10 +120,10 @@ class WindowChecks:
 
 
 class KeptWork:
-    """What the user made: after every act it is there, is in a file, or was asked about.
+    """Checks that the work of the user is kept after every act: in the window, in a file, or by a question.
 
     Args:
-        window: To look at.
+        window: Window to check.
     """
 
     def __init__(self, window) -> None:
@@ -173,7 +173,7 @@ class KeptWork:
         self._asked = bool({"leave", "restore"} & {*boxes}) or (self._asked and pending)
 
     def _check_files(self, document, run) -> None:
-        """What counts as saved is in the files, unless something else was written there since."""
+        """Saved work is in the files, unless something else was written there since."""
         files = self._window.presenters.map_files
         first = self._window.editor.history._steps[0].document
         known = document, _control_of(run.made)

@@ -104,7 +104,7 @@ def window_facts(window):
 
 
 def answer(window, button, question="leave"):
-    """Answer a question, by default the one about unsaved edits, with a click."""
+    """Click a button of a question, by default of the one about unsaved edits."""
     (box,) = [box for box in window.findChildren(QMessageBox) if box.objectName() == question and box.isVisible()]
     QTest.mouseClick(box.button(button), Qt.MouseButton.LeftButton)
     QApplication.processEvents()

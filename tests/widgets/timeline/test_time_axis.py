@@ -1,4 +1,4 @@
-"""One time axis for the timeline and the curves of a recording, in the real window."""
+"""The timeline and the curves of a recording share a time axis in the window."""
 
 from __future__ import annotations
 

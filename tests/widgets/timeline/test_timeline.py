@@ -197,7 +197,7 @@ def test_map_edit_is_marked_and_named_under_the_pointer(qtbot):
     QTest.mouseMove(bar, QPoint(round(bar.x_of(4.0)) + 2, 24))
     named = bar.grab().toImage()
     bar.show_recording(10.0, [])
-    assert named != bar.grab().toImage(), "its name stands beside the time"
+    assert named != bar.grab().toImage(), "its name is shown next to the time"
 
 
 def test_damage_is_marked_and_named_under_the_pointer(qtbot):
@@ -218,4 +218,4 @@ def test_damage_is_marked_and_named_under_the_pointer(qtbot):
     QTest.mouseMove(bar, QPoint(round(bar.x_of(4.0)), 20))
     named = bar.grab().toImage()
     bar.show_recording(10.0, [], damage=[DamagedSpan(4.0, 4.01, "inputs missing: 2")])
-    assert named != bar.grab().toImage(), "what is lost stands beside the time"
+    assert named != bar.grab().toImage(), "the loss is shown next to the time"

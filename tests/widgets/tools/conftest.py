@@ -1,5 +1,5 @@
-"""What every tool is tried on: a tube, a sheet and a cap; a worker that answers at once or when let go, and settings
-that are granted.
+"""Fixtures of the tools: a map of a tube, a sheet and a cap, a worker that replies at once or when released, and
+settings that are accepted.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def editor(worker, document):
 
 @pytest.fixture
 def lead(document):
-    """It remembers in ``asked`` all settings wished for, and in ``heard`` what it said."""
+    """Settings editor with the requested settings in ``asked`` and the notifications in ``heard``."""
     made = ControlSettingsEditor()
     made.asked = []
     made.heard = []
@@ -53,7 +53,7 @@ def lead(document):
 
 @pytest.fixture
 def hand(qtbot, lead, tool, document):
-    """On the map, with the tool."""
+    """Driver of the tool on the map."""
     return MapViewDriver(qtbot, open_editor(InlineSceneJobs(), document), tool, kind=PATH)
 
 
@@ -69,7 +69,7 @@ def corners(document):
 
 @pytest.fixture
 def drawn(hand, lead, corners):
-    """A polyline through the corners, as in force."""
+    """Draw a polyline through the corners and return the current path."""
     set_path_kind(lead, "polyline")
     for corner in corners:
         hand.click(corner)

@@ -23,7 +23,7 @@ OFF_SKIN = QPoint(4, 4)
 
 
 class Side:
-    """One view with the small arm, and the gestures that it reported."""
+    """A view with the small arm, and the gestures that it reported."""
 
     def __init__(self, name, prepared):
         self.prepared = prepared

@@ -34,8 +34,8 @@ def test_colours_run_from_zero_at_the_bottom_to_the_end_at_the_top(bar):
     x = round(BAR_LEFT + BAR_WIDTH / 2)
     for kilopascals, entry in ((0.1, 0), (19.9, -1)):
         drawn = image.pixelColor(x, round(bar.y_of(kilopascals)))
-        wanted = int(scale.lut[entry])
-        channels = [(wanted >> shift) & 255 for shift in (16, 8, 0)]
+        expected = int(scale.lut[entry])
+        channels = [(expected >> shift) & 255 for shift in (16, 8, 0)]
         assert [drawn.red(), drawn.green(), drawn.blue()] == pytest.approx(channels, abs=8)
 
 
@@ -101,7 +101,7 @@ def test_it_marks_the_peak_and_says_when_it_is_beyond_the_end(bar):
     assert bar.grab().toImage() == quiet
 
 
-def test_it_is_told_in_words(bar):
+def test_colour_bar_has_an_accessible_description(bar):
     assert bar.accessibleName() == "Pressure scale"
     bar.set_scale(PressureScale(50.0))
     assert "50" in bar.accessibleDescription()

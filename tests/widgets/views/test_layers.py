@@ -61,7 +61,7 @@ class OnMap(Recorded, MapLayer):
 
 
 class OnBody(Recorded, BodyLayer):
-    """Nothing, at the links."""
+    """A layer that draws nothing at the links and records its frames."""
 
     def show_frame(self, frame, poses):
         self.got.append((frame, len(poses)))
@@ -129,7 +129,7 @@ def test_views_show_default_layers(make_views, prepared):
 
 
 def pictures(views):
-    """Pixels of map and body as they are now."""
+    """Return the current pixels of map and body."""
     QApplication.processEvents()
     views.robot.display.draw_now()
     return [pixels(view.grab().toImage()).astype(int) for view in (views.map, views.robot)]

@@ -29,7 +29,7 @@ KINDS = (
     ScrubBar,
 )
 PARTS = (QScrollBar, QHeaderView)
-"""Of what has a name itself."""
+"""Parts of controls that have a name."""
 
 
 @pytest.fixture(scope="module")
@@ -39,7 +39,7 @@ def prepared(coarse_prepared):
 
 
 def named(control: QWidget) -> bool:
-    """By itself, by its words, or by the control it is a part of."""
+    """Whether a control has a name, a text, or a parent control with a name."""
     words = control.text() if isinstance(control, QAbstractButton) else ""
     around = control.parentWidget()
     part = control.objectName().startswith("qt_") or isinstance(around, (QComboBox, QAbstractSpinBox, QLineEdit))
@@ -53,6 +53,8 @@ def test_every_control_has_a_name(window_again):
     controls = [one for one in controls if not isinstance(one, PARTS) and one.window() in windows]
     assert len(controls) > 100
     nameless = [one for one in controls if not named(one) and one.parentWidget().objectName() != "message-bar"]
-    told = sorted(f"{type(one).__name__} {one.objectName()}" for one in nameless)  # a message gives its buttons words
+    unnamed = sorted(
+        f"{type(one).__name__} {one.objectName()}" for one in nameless
+    )  # a message gives its buttons words
     window_again._commands._sheet.close()
-    assert not told
+    assert not unnamed

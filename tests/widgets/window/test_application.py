@@ -1,4 +1,4 @@
-"""Opening a window where there is none to open: one sentence with a remedy, never an abort."""
+"""Opening a window without a display gives a sentence with a remedy, never an abort."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ linux = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="display
 
 @pytest.fixture
 def on_screen(monkeypatch):
-    """An environment that wants a real window."""
+    """An environment without a platform or a display."""
     for name in ("QT_QPA_PLATFORM", "DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
     return monkeypatch
@@ -54,7 +54,7 @@ def test_offscreen_platform_needs_no_display(on_screen):
 
 @linux
 def test_program_reports_a_missing_display(on_screen, tmp_path):
-    """Qt itself would end the process with a core dump here; and nobody waits for the imports of a window."""
+    """Qt itself would end the process with a core dump; the error comes before the imports of the window."""
     environment = dict(os.environ) | {"DISPLAY": NOBODY, "XDG_CONFIG_HOME": str(tmp_path)}
     done = subprocess.run(
         [sys.executable, "-m", "tactile_maps", "gui"],

@@ -12,7 +12,7 @@ from tactile_widgets.window.main_window import PREFERRED_SIZE, first_rectangle
 @pytest.mark.parametrize(
     "room",
     [QRect(0, 0, 1366, 728), QRect(0, 27, 910, 485), QRect(1920, 0, 1280, 800), QRect(0, 0, 1400, 900)],
-    ids=["laptop", "laptop at scale 1.5", "second screen", "as wanted, but for the frame"],
+    ids=["laptop", "laptop at scale 1.5", "second screen", "preferred size, except for the frame"],
 )
 def test_first_size_fits_with_the_frame(room):
     place = first_rectangle(room)

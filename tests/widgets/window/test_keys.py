@@ -25,7 +25,7 @@ ALT = Qt.KeyboardModifier.AltModifier
 
 @pytest.fixture
 def window(window_again, qtbot):
-    """With the focus, so that Qt routes keys as it does for a person."""
+    """The window with the focus, so that Qt delivers keys as for a user."""
     window = window_again
     window.activateWindow()
     window.robot_view.setFocus()
@@ -134,7 +134,7 @@ def has_keyboard(view):
 
 
 def wheel(widget, notches=-3):
-    """What the wheel over a control sends, and its parents after it where it does not want that."""
+    """Send a wheel event to a control, and to its parents until it is accepted."""
     middle = QPointF(widget.rect().center())
     turned = QPoint(0, 120 * notches)
     none = Qt.MouseButton.NoButton, Qt.KeyboardModifier.NoModifier, Qt.ScrollPhase.NoScrollPhase, False
@@ -215,7 +215,7 @@ def test_return_and_escape_on_a_slider_return_the_focus(window):
 
 @pytest.fixture
 def sheet(window):
-    """With every key as it was afterwards."""
+    """The sheet of keys; all keys are restored afterwards."""
     window.action("keys").trigger()
     sheet = window._commands._sheet
     yield sheet
@@ -283,7 +283,7 @@ def test_reserved_key_names_its_use(sheet, key, words):
     press(sheet, "poke", *key)
     assert words in sheet.editor.message.text()
     QTest.keyClick(sheet.editor.field, KEY.Key_Escape)
-    assert sheet.isVisible(), "Escape leaves the key as it is, and the sheet open"
+    assert sheet.isVisible(), "Escape leaves the key unchanged and the sheet open"
     assert row(sheet, "Poke") == ["T"]
 
 

@@ -235,7 +235,7 @@ def test_long_progress_text_moves_no_widget(window):
     window.resize(1280, 800)
     QApplication.processEvents()
     places = {part: part.geometry() for part in (window.session_bar, window.views, window.status_line.factor)}
-    window.loading_bar.show_progress("Flattening a patch with a name that nobody would want to read " * 3, 0.4)
+    window.loading_bar.show_progress("Flattening a patch with a very long name " * 3, 0.4)
     QApplication.processEvents()
     assert {part: part.geometry() for part in places} == places
 

@@ -69,7 +69,7 @@ class _HeapUse(ctypes.Structure):
 
 @pytest.fixture(scope="module")
 def heap_bytes():
-    """Answers how many bytes the process has allocated and not given back: native libraries and arrays as well."""
+    """Return the number of allocated bytes of the process, including native libraries and arrays."""
     library = ctypes.CDLL(ctypes.util.find_library("c"))
     if not hasattr(library, "mallinfo2"):
         pytest.skip("needs mallinfo2 of glibc >= 2.33")
@@ -100,7 +100,7 @@ def act_in_a_window(seed, prepared, folder):
 
 
 def let_go():
-    """Of what waits to be deleted."""
+    """Delete the objects that wait for deletion."""
     for _ in range(3):
         QTest.qWait(20)
         QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)

@@ -136,7 +136,7 @@ def test_list_of_keys_is_searched_and_opens_once(window, qtbot):
         QTest.keyClick(window.robot_view, KEY.Key_F1)
         (sheet,) = window.findChildren(KeysSheet)
         assert sheet.isVisible()
-        assert not sheet.isModal(), "it is left open beside the window"
+        assert not sheet.isModal(), "it stays open next to the window"
         sheet.close()
         qtbot.waitUntil(lambda: not window.findChildren(KeysSheet))
     window.action("keys").trigger()

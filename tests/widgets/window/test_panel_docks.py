@@ -32,7 +32,7 @@ def window(window_again):
 
 
 def undock(panel):
-    """As a person does: by the menu of its heading."""
+    """Undock a panel with the menu of its heading."""
     heading = panel._heading
     QApplication.sendEvent(
         heading, QContextMenuEvent(QContextMenuEvent.Reason.Mouse, QPoint(5, 5), heading.mapToGlobal(QPoint(5, 5)))
@@ -154,12 +154,12 @@ def test_text_in_an_undocked_panel_is_applied_before_closing(new_window):
     undock(panel)
     panel.window().activateWindow()
     slider = panel.sliders[0]
-    told = []
-    slider.value_changed.connect(told.append)
+    values = []
+    slider.value_changed.connect(values.append)
     field = slider.findChild(NumberField)
     field.setFocus()
     field.selectAll()
     QTest.keyClicks(field, "12")
-    assert not told
+    assert not values
     new_window.close()
-    assert told == [12.0]
+    assert values == [12.0]

@@ -25,7 +25,7 @@ def backends(tmp_path, monkeypatch):
 
 
 def drop(window, path):
-    """As Qt delivers it: the file enters, the window accepts it, and it is let go."""
+    """Drop a file with the events of Qt: it enters, the window accepts it, and it is released."""
     data = QMimeData()
     data.setUrls([QUrl.fromLocalFile(str(path))])
     how = (Qt.DropAction.CopyAction, data, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier)

@@ -90,7 +90,7 @@ def test_work_of_the_user_is_kept_or_asked_about(new_window, tmp_path, small_rob
 @pytest.mark.long
 @pytest.mark.parametrize("seed", range(BATCHES))
 def test_ten_thousand_acts(new_window, tmp_path, openable, seed):
-    """In batches, each in a window of its own; scenes and robots of all kinds among them."""
+    """The acts run in batches, each in a new window; they open scenes and robots of all kinds."""
     with RandomUser(new_window, seed, tmp_path, lambda seconds: run(new_window, seconds), scenes=openable) as user:
         user.run(BATCH)
     assert user.done == BATCH
@@ -99,7 +99,7 @@ def test_ten_thousand_acts(new_window, tmp_path, openable, seed):
 @pytest.mark.long
 @pytest.mark.parametrize("backends", [BACKGROUND])
 def test_window_never_freezes_for_a_second(new_window, tmp_path):
-    """With the thread and the processes that a person has; what an act does at once counts, and what it sets off."""
+    """The window uses threads and processes as for a user; direct and deferred effects of an act count."""
     pulse = QTimer()
     pulse.setInterval(10)
     with Watchdog(FREEZE) as dog:

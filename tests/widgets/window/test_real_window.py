@@ -30,7 +30,7 @@ def prepared(coarse_prepared):
 
 @pytest.fixture
 def backends():
-    """As for a person."""
+    """The backends of the program."""
     return BACKGROUND
 
 

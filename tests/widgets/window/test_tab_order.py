@@ -1,4 +1,4 @@
-"""Tab goes from control to control through the whole window and comes back: nobody with a keyboard is caught."""
+"""Tab moves through all controls of the window and returns, so that no control traps the keyboard focus."""
 
 from __future__ import annotations
 

@@ -21,8 +21,8 @@ def test_toolbar_shows_texts_if_they_fit(window, width, worded, named):
     bar = window.session_bar
     assert bar.has_text == worded
     assert bar.findChild(QLabel, "toolbar-map").isVisible() == named
-    beside = Qt.ToolButtonStyle.ToolButtonTextBesideIcon
-    assert (bar.select.toolButtonStyle() is beside) == worded
+    text_and_icon = Qt.ToolButtonStyle.ToolButtonTextBesideIcon
+    assert (bar.select.toolButtonStyle() is text_and_icon) == worded
     for name in ("pause", "step", "reset", "record", "poke", "undo", "redo"):
         button = bar.widgetForAction(window.action(name))
         assert button.isVisible(), name

@@ -38,8 +38,8 @@ def look():
         files.autosave()
         files._wait()
     live.show_prepared(live.prepared)
-    told = [item.text for item in messages]
-    print(json.dumps({"told": told, "steps": editor.history.names, "time": live.shown.time}), flush=True)
+    texts = [item.text for item in messages]
+    print(json.dumps({"messages": texts, "steps": editor.history.names, "time": live.shown.time}), flush=True)
     files.give_up()
     window.close()
 
@@ -113,10 +113,10 @@ def test_the_window_opens_and_works_without_a_home_folder(tmp_path):
 
 
 def check(said, errors, reason):
-    """It said once what cannot be stored, edited, and printed nothing."""
-    told = [text for text in said["told"] if "cannot be" in text]
-    assert told[0].startswith("Settings and copies of unsaved edits cannot be stored: " + reason), told
+    """Require a single message about storage, a working editor, and no other output."""
+    messages = [text for text in said["messages"] if "cannot be" in text]
+    assert messages[0].startswith("Settings and copies of unsaved edits cannot be stored: " + reason), messages
     assert said["steps"][-1] == "Rotate"
-    assert len(told) == 1, "once, also where an autosave fails"
+    assert len(messages) == 1, "once, also where an autosave fails"
     noise = [line for line in errors.splitlines() if "propagateSizeHints" not in line]
     assert noise == []

@@ -99,7 +99,7 @@ class Message:
 
 
 class _Toast(QWidget):
-    """One message with its buttons."""
+    """A message with its buttons."""
 
     closed = Signal()
     """A button was pressed."""

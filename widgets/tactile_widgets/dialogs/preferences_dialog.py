@@ -50,7 +50,7 @@ class PreferencesDialog(QDialog):
     changed = Signal(Preferences)
     """The user changed a value."""
     folder_requested = Signal()
-    """The user wants to choose the folder of recordings."""
+    """The user requested to choose the folder of recordings."""
 
     def __init__(self, preferences: Preferences, default_folder: Path, parent: QWidget) -> None:
         super().__init__(parent)

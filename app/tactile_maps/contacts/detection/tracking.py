@@ -86,7 +86,7 @@ class TrackMemory:
             self._gone.append(_LostTrack(id_, self._links[min(group.core)], group, now, now + wait))
 
     def find(self, group: TaxelGroup, now: float) -> int | None:
-        """Remove and return the nearest lost contact that may have come back on ``group``; None without any.
+        """Remove and return the nearest lost contact that may have returned on ``group``, or None.
 
         Cost: 0.1 µs without lost contacts, otherwise 50 µs for each.
         """

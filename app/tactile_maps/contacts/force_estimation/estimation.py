@@ -184,8 +184,7 @@ class RegionForceEstimator:
         MapError: The depth is out of range.
 
     Cost: none with the area sum, otherwise that of the estimator for each contact and 10 µs. Regions of a held sample
-        are
-    estimated once.
+        are estimated once.
     """
 
     def __init__(

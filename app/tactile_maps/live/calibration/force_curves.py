@@ -207,8 +207,8 @@ def _fit_together(
     parts = [gain * areas[taxel] * np.diff(one) * _segments(felt[:, taxel], one) for taxel, one in used.items()]
     design = np.hstack(parts)
     design = np.vstack([design, pull * np.eye(design.shape[1])])
-    wanted = np.concatenate([loads, np.full(design.shape[1], pull)])
-    factors = nnls(design, wanted - _FLATTEST * design.sum(axis=1))[0] + _FLATTEST
+    target = np.concatenate([loads, np.full(design.shape[1], pull)])
+    factors = nnls(design, target - _FLATTEST * design.sum(axis=1))[0] + _FLATTEST
     ends = np.cumsum([part.shape[1] for part in parts])[:-1]
     slopes = zip(used.items(), np.split(gain * factors, ends), strict=True)
     return {taxel: np.array([one, np.append(0.0, np.cumsum(slope * np.diff(one)))]) for (taxel, one), slope in slopes}

@@ -210,7 +210,7 @@ class TaxelMatcher:
         return number < max((count for name, count in streams.items() if link in (None, name)), default=0)
 
     def _known(self, reading: Reading) -> tuple[Mapping[Any, int], Mapping[Any, str]]:
-        """Return taxel by label, and for labels that several taxels have, what tells these apart."""
+        """Return taxels by label, and for each label of several taxels the labels that distinguish them."""
         if reading.ids is None:
             return self._by_channel
         if reading.links is not None:

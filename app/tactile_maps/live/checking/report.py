@@ -112,7 +112,7 @@ def _body(check: SkinCheck, facts: Mapping[str, object], points: FloatArray | No
         "Noise at rest": f"median {np.median(check.noise):.3g}, largest {check.noise.max():.3g}",
         "Felt from": f"six standard deviations of the noise, at least {settings.least:g}",
         "Direction": "values fall under pressure" if verdicts.falls else "values rise under pressure",
-        "Order": "as asked for" if settings.ordered else "any touches of a recording",
+        "Order": "as requested" if settings.ordered else "any touches of a recording",
         "Parts": ", ".join(f"{count} {name}" for name, count in outcome_counts(check).items() if count),
         "Channels": ", ".join(f"{count} {name}" for name, count in counts.items()) or f"all {len(check.skin)} work",
     }

@@ -185,7 +185,8 @@ def _saturated(check: SkinCheck) -> BoolArray:
 def _swapped_across(check: SkinCheck) -> tuple[Swap, ...]:
     """Return channels of different parts that respond in place of each other.
 
-    A channel of part B was felt while part A was asked for and not while B was; as many channels of A the other way.
+    A channel of part B was felt while part A was requested and not while B was, and an equal number of channels of A
+    the other way round.
     """
     if not check.settings.ordered:
         return ()

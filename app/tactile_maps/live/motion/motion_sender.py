@@ -156,8 +156,7 @@ class MotionSender:
         """Wait for the required readings; ``begin`` ends the waiting.
 
         Two packets with the state *stopped* are sent first: the second fails if no program on this computer received
-            the
-        first.
+        the first.
 
         Raises:
             LiveError: They cannot be sent, or no program receives them.

@@ -1,7 +1,7 @@
 """A YARP port, read by its text-mode protocol over TCP, which needs no YARP library.
 
 Protocol (YARP documentation, *YARP without YARP*): ``CONNECT name`` makes a text connection, ``r`` turns it into a
-reader, and each message is a line ``do [number time]`` and a line of values. The name server answers ``query /port``
+reader, and each message is a line ``do [number time]`` and a line of values. The name server replies to ``query /port``
 with a line ``registration name /port ip ADDRESS port NUMBER type CARRIER``.
 """
 

@@ -1,4 +1,4 @@
-"""One skin from one or several files of taxels.
+"""Skin built from one or several files of taxels.
 
 Scenes, the window, every command and the library open the files of a skin through ``TaxelFiles``.
 """

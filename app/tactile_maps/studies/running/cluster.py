@@ -58,7 +58,7 @@ def _connected(address: str) -> Iterator[Any]:
     """Connect to the scheduler and wait for a worker.
 
     Raises:
-        ClusterError: The package is missing, no scheduler answers, or it has no worker.
+        ClusterError: The package is missing, no scheduler responds, or it has no worker.
     """
     try:
         from distributed import Client
@@ -71,7 +71,7 @@ def _connected(address: str) -> Iterator[Any]:
     try:
         client = Client(address, timeout=_WAIT, set_as_default=False)
     except (OSError, ValueError) as error:
-        raise ClusterError("no scheduler answers", place="--cluster", value=address, remedy=_START) from error
+        raise ClusterError("no scheduler responds", place="--cluster", value=address, remedy=_START) from error
     with client:
         try:
             client.wait_for_workers(1, timeout=_WAIT)

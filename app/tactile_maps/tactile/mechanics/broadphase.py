@@ -217,9 +217,8 @@ class LinkBroadphase:
         Raises:
             SimulationError: The pose of the body is not finite.
 
-        Cost: 5 µs for a ball and 100 points while the body moves less than half a spacing, otherwise a search of 0.05
-            ms;
-        a mesh takes 1 to 3 µs a point in both.
+        Cost: 5 µs for a ball and 100 points while the body moves less than half a spacing, and 0.05 ms for a search
+            after a larger motion. A mesh takes 1 to 3 µs a point in both cases.
         """
         near = self._remembered(load, facing)
         if near is None or (upto is not None and near.search_radius < upto):

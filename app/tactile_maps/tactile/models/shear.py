@@ -2,7 +2,7 @@
 
 A contact model distributes the normal force of a load over the quadrature points; ``ShearModel`` distributes its
 tangential force and its torque over the same points, as a bed of springs with Coulomb sliders (``coulomb_bed``). The
-springs are fixed to the skin: they stay as they are while a contact lasts, and relax when a point loses contact.
+springs are fixed to the skin: they keep their deflection while a contact lasts, and relax when a point loses contact.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from tactile_maps.tactile.mechanics.receptive_field import ReceptiveField, load_
 
 @dataclass(frozen=True, eq=False)
 class ShearLoad(ArrayFields):
-    """How one load shears the skin, by the physics and without effects of the sensor.
+    """Shear of the skin by a load, from the physics and without effects of the sensor.
 
     Attributes:
         load: The load.

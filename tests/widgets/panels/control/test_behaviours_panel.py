@@ -52,9 +52,9 @@ def test_an_empty_one_says_what_would_fill_it(panel):
 
 def test_the_button_adds_one_that_works_as_it_is(panel, qtbot):
     button = panel.findChild(QPushButton, "behaviour-add")
-    with qtbot.waitSignal(panel.behaviours_edited) as told:
+    with qtbot.waitSignal(panel.behaviours_edited) as edited:
         qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
-    assert told.args[0] == (Behaviour("tap", times=2, then={"controller": "hybrid", "task": "retreat"}),)
+    assert edited.args[0] == (Behaviour("tap", times=2, then={"controller": "hybrid", "task": "retreat"}),)
     assert [box(panel, part).words for part in ("when", "where", "then", "lasts")] == [
         "double tap",
         "anywhere",
@@ -76,17 +76,17 @@ def test_the_button_adds_one_that_works_as_it_is(panel, qtbot):
 )
 def test_each_part_can_be_chosen_anew(panel, qtbot, part, words, expected):
     panel.show_behaviours((RETREAT,))
-    with qtbot.waitSignal(panel.behaviours_edited) as told:
+    with qtbot.waitSignal(panel.behaviours_edited) as edited:
         pick(box(panel, part), words)
-    assert told.args[0] == (expected,)
+    assert edited.args[0] == (expected,)
     assert panel.behaviours == (expected,)
 
 
 def test_a_tap_has_no_release_to_wait_for(panel, qtbot):
     panel.show_behaviours((Behaviour("press", until_released=True, then={"controller": "impedance"}),))
-    with qtbot.waitSignal(panel.behaviours_edited) as told:
+    with qtbot.waitSignal(panel.behaviours_edited) as edited:
         pick(box(panel, "when"), "tap")
-    assert told.args[0] == (Behaviour("tap", then={"controller": "impedance"}),)
+    assert edited.args[0] == (Behaviour("tap", then={"controller": "impedance"}),)
     assert not box(panel, "lasts").isEnabled()
 
 
@@ -94,12 +94,12 @@ def test_the_cross_takes_that_one_away(panel, qtbot):
     other = Behaviour("tap", then={"controller": "impedance"})
     panel.show_behaviours((RETREAT, other))
     cross = panel.findChildren(QToolButton, "behaviour-remove")[0]
-    with qtbot.waitSignal(panel.behaviours_edited) as told:
+    with qtbot.waitSignal(panel.behaviours_edited) as edited:
         qtbot.mouseClick(cross, Qt.MouseButton.LeftButton)
-    assert told.args[0] == (other,)
+    assert edited.args[0] == (other,)
 
 
-def test_what_a_scene_wants_that_no_list_offers_is_told(panel):
+def test_behaviour_of_a_scene_that_no_list_offers_is_shown(panel):
     panel.show_behaviours((Behaviour("press", times=4, above=5.0, then={"force_goal": 1.5, "task": "hold_point"}),))
     assert box(panel, "when").words == "4 times press > 5\u202fN"
     assert box(panel, "then").words == "force goal 1.5, task hold point"

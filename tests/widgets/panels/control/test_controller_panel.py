@@ -43,7 +43,7 @@ def panel(qtbot):
 
 
 def visible(panel) -> set[str]:
-    """What can be set; what another controller heeds keeps its place, closed."""
+    """Return the enabled settings; settings of other controllers keep their place but are disabled."""
     parts = {**panel.sliders.by_name, **panel._boxes}
     return {name for name, part in parts.items() if part.isVisible() and part.isEnabled()}
 
@@ -222,12 +222,12 @@ def test_a_limit_that_flashed_stays_legible_and_then_goes(panel, prepared):
     assert panel._why.words == "Not limited"
 
 
-def test_a_robot_without_joints_is_told(panel, prepared):
+def test_robot_without_joints_is_reported(panel, prepared):
     panel.show_frame(touched(prepared.map))
     assert panel._why.words == "The robot has no actuated joints"
 
 
-def test_the_answer_to_a_step_of_the_goal_is_told_until_something_else_is_changed(panel, prepared):
+def test_step_response_is_shown_until_another_setting_is_changed(panel, prepared):
     settings = ControlSettings(controller="hybrid")
     panel.show_settings(settings)
     label = panel.findChild(QLabel, "step-response")
@@ -312,7 +312,7 @@ def test_words_and_state(line, limits, state, words):
     assert (line.state, line.words) == (state, words)
 
 
-def test_limits_without_room_are_counted_and_stand_in_the_tooltip(line):
+def test_limits_without_room_are_counted_and_listed_in_the_tooltip(line):
     many = [Limit(kind) for kind in (LimitKind.SLOW_HOMING, LimitKind.SKIN_SATURATED, LimitKind.OSCILLATION)] * 2
     line.show_limits(tuple(ShownLimit(limit, True) for limit in many))
     label = line.findChild(QLabel)

@@ -92,22 +92,23 @@ def test_time_that_runs_backwards_forgets():
 
 
 MAP = leaf_map()
-NOBODY = touched(MAP)
+NO_CONTACT = touched(MAP)
 ONE = touched(MAP, [10])
 TWO = touched(MAP, [10, 300])
 
 
 def said(task, frame, *limits, controller="hybrid", error=None, way=0.0, regrasp=None, report=True, **settings):
     assert len(TWO.regions) == 2
-    told = TaskReport(error=error, way=way, regrasp=regrasp) if report else None
+    task_report = TaskReport(error=error, way=way, regrasp=regrasp) if report else None
     return task_status_text(
-        ControlSettings(controller=controller, task=task, **settings), replace(frame, task=told, why_limited=limits)
+        ControlSettings(controller=controller, task=task, **settings),
+        replace(frame, task=task_report, why_limited=limits),
     )
 
 
 @pytest.mark.parametrize("task", CHOICES["task"])
 def test_every_task_waits_and_works_in_its_own_words(task):
-    waiting = said(task, NOBODY)
+    waiting = said(task, NO_CONTACT)
     working = said(task, TWO, error=0.001)
     assert waiting != working
     assert waiting.startswith(("Waiting", "Ready"))
@@ -126,7 +127,7 @@ def test_every_task_waits_and_works_in_its_own_words(task):
         ("follow_path", ONE, "Following path, 34\u202fmm along it, error 1.2\u202fmm"),
     ],
 )
-def test_work_is_told_with_its_numbers(task, frame, words):
+def test_status_of_a_task_contains_its_numbers(task, frame, words):
     at_a_place = task in ("hold_point", "guide", "follow_path")
     assert said(task, frame, error=0.0012 if at_a_place else None, way=0.0341) == words
 
@@ -148,7 +149,7 @@ def test_a_path_that_waits_says_so():
 
 
 def test_what_went_wrong_comes_first():
-    assert said("keep_force", NOBODY, Limit(LimitKind.CONTACT_LOST)) == "Reacquiring contact"
+    assert said("keep_force", NO_CONTACT, Limit(LimitKind.CONTACT_LOST)) == "Reacquiring contact"
     assert said("keep_force", ONE, Limit(LimitKind.STOPPED_BY_FORCE, value=41.0, bound=40.0)) == "Stopped"
 
 
@@ -161,16 +162,16 @@ def test_what_went_wrong_comes_first():
         (State.RETURN, "back"),
     ],
 )
-def test_a_contact_that_is_carried_over_a_crossing_is_told(state, word):
-    assert word in said("follow_path", NOBODY, regrasp=state)
+def test_regrasp_of_a_contact_is_reported(state, word):
+    assert word in said("follow_path", NO_CONTACT, regrasp=state)
 
 
 def test_controllers_without_a_task_say_what_they_do():
-    assert said("guide", NOBODY, controller="impedance", report=False) == "Holding its posture"
-    assert said("guide", NOBODY, controller="hold_force", report=False) == "Waiting for a contact"
+    assert said("guide", NO_CONTACT, controller="impedance", report=False) == "Holding its posture"
+    assert said("guide", NO_CONTACT, controller="hold_force", report=False) == "Waiting for a contact"
 
 
-@pytest.mark.parametrize(("frame", "words"), [(NOBODY, "Moving to its posture"), (ONE, "Yielding to the touch")])
+@pytest.mark.parametrize(("frame", "words"), [(NO_CONTACT, "Moving to its posture"), (ONE, "Yielding to the touch")])
 def test_an_arm_that_moves_is_not_said_to_hold(frame, words):
     moving = replace(frame, posture=np.zeros(2), velocity=np.array([0.0, 0.1]))
     assert said("guide", moving, controller="impedance", report=False) == words

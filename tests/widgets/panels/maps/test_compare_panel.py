@@ -39,9 +39,9 @@ def panel(qtbot, editor):
     made.show()
     qtbot.waitExposed(made)
     made.asked = []
-    made.told = []
+    made.shown = []
     made.compare_requested.connect(lambda first, second: made.asked.append((first, second)))
-    made.shown_other.connect(made.told.append)
+    made.shown_other.connect(made.shown.append)
     return made
 
 
@@ -62,7 +62,7 @@ def _note(panel):
 
 @pytest.fixture
 def drawing(tmp_path, editor):
-    """The map's taxels as somebody drew them: another size, turned, and bent."""
+    """File with the map's taxels drawn by hand: another size, turned, and bent."""
     x, y = editor.document.map.taxel_points.T
     points = 0.4 * np.stack([y + 0.3 * x**2, -x], axis=1)
     path = tmp_path / "by hand.csv"
@@ -92,14 +92,14 @@ def test_the_map_as_it_is_can_be_kept(panel, editor):
 
 def test_b_is_seen_and_an_edit_goes_back_to_a(panel, editor):
     _press(panel, "keep")
-    assert panel.told == []
+    assert panel.shown == []
     _press(panel, "b")
     _press(panel, "a")
-    assert panel.told == [True, False]
+    assert panel.shown == [True, False]
     _press(panel, "b")
     assert panel.shows_other
     editor.do("Move", partial(move, numbers=[0], by=(0.05, 0.0)))
-    assert panel.told == [True, False, True, False]
+    assert panel.shown == [True, False, True, False]
     assert _button(panel, "a").isChecked()
     assert panel.minimumSizeHint().width() <= COLUMN_WIDTH - 8
 
@@ -172,7 +172,7 @@ def test_another_robot_has_nothing_to_compare_with(panel, editor):
     _press(panel, "b")
     editor.open(MapDocument.of(leaf_map()))
     assert panel.other is None
-    assert panel.told == [True, False]
+    assert panel.shown == [True, False]
     assert ended == [1]
 
 
@@ -184,7 +184,7 @@ def test_a_replay_compares_nothing(panel, editor):
 
 
 @pytest.mark.long
-def test_the_numbers_stand_in_the_quality_card(qtbot, editor):
+def test_numbers_are_shown_in_the_quality_panel(qtbot, editor):
     column = PanelColumn(editor)
     qtbot.addWidget(column)
     column.reveal(column["compare"])
@@ -213,7 +213,7 @@ def test_what_failed_in_the_worker_is_said(panel):
 @pytest.mark.long
 def test_one_key_shows_the_other_layout_and_ours_again(window):
     window.action("compare").trigger()
-    assert not window.column["compare"].shows_other, "there is no other yet"
+    assert not window.column["compare"].shows_other, "no second map yet"
     window.column["compare"].keep_present()
     kept = window.column["compare"].other
     window.editor.do("Move", lambda document: move(document, [0], (0.1, 0.0)))

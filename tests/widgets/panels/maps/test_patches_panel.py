@@ -76,7 +76,7 @@ def _text(panel, name):
 def test_a_row_a_patch_in_the_order_of_the_tree(panel, editor):
     assert _names(panel) == [patch.name for patch in editor.document.patches]
     assert panel.list.height() == 3 * ROW_HEIGHT
-    assert panel.minimumSizeHint().width() <= COLUMN_WIDTH - 8, "a scroll bar must fit beside it"
+    assert panel.minimumSizeHint().width() <= COLUMN_WIDTH - 8, "a scroll bar must fit next to it"
 
 
 @pytest.mark.parametrize("by", ["double click", "F2"])
@@ -214,18 +214,18 @@ def test_alt_and_the_arrows_move_rows(panel, editor):
     assert editor.document.order == (1, 0, 2)
 
 
-def test_the_pointer_on_a_row_tells_the_views(panel):
-    told = []
-    panel.hovered.connect(told.append)
+def test_hovered_row_is_reported_to_the_views(panel):
+    hovered = []
+    panel.hovered.connect(hovered.append)
     view = panel.list.viewport()
     for row in (0, 2):
         QTest.mouseMove(view, QPoint(80, row * ROW_HEIGHT + 10))
         QApplication.processEvents()
     QApplication.sendEvent(panel.list, QEvent(QEvent.Type.Leave))
-    assert told == [0, 2, None]
+    assert hovered == [0, 2, None]
 
 
-def test_pins_and_seams_are_told(panel, editor, prepared):
+def test_pins_and_seams_are_shown(panel, editor, prepared):
     index = panel.list.patches.index(0)
     assert bool(index.data(SEAMS_ROLE)) == bool(len(prepared.map.charts[0].seams))
     editor.do("Add a pin", partial(add_pin, at=prepared.skin.taxel_point(3)))
@@ -406,7 +406,7 @@ def test_a_chart_from_elsewhere_keeps_its_own_name(qtbot):
 
 
 @pytest.mark.long
-def test_long_work_is_told_and_cancelled(qtbot, prepared):
+def test_long_work_shows_progress_and_can_be_cancelled(qtbot, prepared):
     worker = SceneJobs(ProcessExecutor("prepare"))
     editor = MapEditor(worker)
     editor.open(MapDocument.of(prepared.map))
@@ -415,7 +415,7 @@ def test_long_work_is_told_and_cancelled(qtbot, prepared):
     line = panel.findChild(QWidget, "edit-progress")
     editor.ask(partial(set_method, numbers=[0, 1], method="tutte"))
     assert editor.busy
-    assert not line.isVisible(), "nobody needs to be told what is done at once"
+    assert not line.isVisible(), "short work shows no progress"
     qtbot.waitUntil(line.isVisible)  # a fresh process starts slower than that
     QTest.mouseClick(panel.findChild(QToolButton, "edit-cancel"), LEFT_BUTTON)
     assert not editor.busy

@@ -104,7 +104,7 @@ def test_every_number_says_what_it_means(panel, leaves):
 
 
 @pytest.mark.long
-def test_two_maps_stand_side_by_side_and_fit(panel, leaves):
+def test_two_maps_are_shown_side_by_side_and_fit(panel, leaves):
     made, body, _ = leaves
     noise = np.random.default_rng(0).normal(scale=0.01, size=made.taxel_points.shape)
     comparison = compare_maps(made, TaxelLayout(made.taxel_points + noise), distances=body)
@@ -118,7 +118,7 @@ def test_two_maps_stand_side_by_side_and_fit(panel, leaves):
     assert best.font().bold()
     assert not other.font().bold()
     assert "This map is better in" in _text(panel, "note")
-    assert panel.minimumSizeHint().width() <= COLUMN_WIDTH - 8, "a scroll bar must fit beside it"
+    assert panel.minimumSizeHint().width() <= COLUMN_WIDTH - 8, "a scroll bar must fit next to it"
     panel.end_comparison()
     assert not panel.findChild(QLabel, "quality-stress-b").isVisible()
     assert not best.font().bold()
@@ -133,7 +133,7 @@ def test_an_edit_while_two_maps_are_compared_changes_only_the_first(panel, leave
     assert _text(panel, "area") == "×3.00"
     assert _text(panel, "stress-b") == second
     assert _text(panel, "note") == "Comparing again…"
-    assert not panel.findChild(QLabel, "quality-stress").font().bold(), "nobody knows yet which is better"
+    assert not panel.findChild(QLabel, "quality-stress").font().bold(), "it is not known yet which is better"
     panel.end_comparison()
     assert _text(panel, "area") == "×3.00"
     assert _text(panel, "note") == "Above threshold: areas."

@@ -160,7 +160,7 @@ def test_results_are_kept_by_stage_and_forgotten_with_the_skin(panel, qtbot, doc
 
 @pytest.mark.long
 def test_the_simulation_is_measured_on_the_robot_that_wears_the_skin(panel, qtbot):
-    """Without its robot there is nothing to move, and nothing to draw."""
+    """The measurement needs the robot, and nothing is drawn without it."""
     prepared = prepared_bar()
     panel.show_document(MapDocument.of(prepared.map))
     measure(panel, qtbot, "simulation")
@@ -174,7 +174,7 @@ def test_the_simulation_is_measured_on_the_robot_that_wears_the_skin(panel, qtbo
 
 
 @pytest.mark.long
-def test_another_error_redraws_and_a_map_that_changed_is_told(panel, qtbot, document):
+def test_another_error_redraws_and_a_changed_map_is_reported(panel, qtbot, document):
     measure(panel, qtbot, "cut")
     distortion = [p.error for p in drawn(panel)]
     box = panel.board.findChild(QComboBox, "accuracy-error")
@@ -211,7 +211,7 @@ def test_cancel_keeps_what_was_there(panel, qtbot):
 
 @pytest.mark.long
 @in_a_process
-def test_points_come_while_it_measures_and_a_dead_process_is_told(panel, qtbot):
+def test_points_appear_during_a_measurement_and_a_dead_process_is_reported(panel, qtbot):
     press(panel, "measure", qtbot)
     qtbot.waitUntil(lambda: len(drawn(panel)) > 0, timeout=LONG)
     assert panel.busy
@@ -255,7 +255,7 @@ def test_it_fits_the_column_and_takes_a_theme(panel, qtbot):
     press(panel, "flatten", qtbot)
     press_measure(panel, qtbot)
     assert drawn(panel)
-    assert panel.minimumSizeHint().width() <= COLUMN_WIDTH - 8, "a scroll bar must fit beside it"
+    assert panel.minimumSizeHint().width() <= COLUMN_WIDTH - 8, "a scroll bar must fit next to it"
     dark = panel.board.plot.grab().toImage()
     panel.set_theme(LIGHT)
     QApplication.processEvents()

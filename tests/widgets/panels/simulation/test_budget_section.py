@@ -1,4 +1,4 @@
-"""Budget in the panel: what is proposed is shown beside what is in force, applied by one click, and gone back from."""
+"""Budget in the panel: the proposal is shown next to the current settings, applied and reverted by one click."""
 
 from __future__ import annotations
 
@@ -112,7 +112,7 @@ def test_an_error_budget_proposes_a_controller_or_says_that_none_keeps_it(sectio
     assert "No controller keeps both limits" in section.note.text()
 
 
-def test_apply_and_back_are_one_click_and_measured_stands_beside_predicted(section, qtbot):
+def test_apply_and_back_are_one_click_and_measured_time_follows_prediction(section, qtbot):
     section.show_measured(measured(paths=False))
     limit(section, "time", milliseconds=0.3)
     with qtbot.waitSignal(section.applied) as applied:
@@ -120,7 +120,7 @@ def test_apply_and_back_are_one_click_and_measured_stands_beside_predicted(secti
     (settings,) = applied.args
     assert [one.stage for one in settings] == ["simulation", "touch", "image"]
     section.show_present({**NOW, **{one.stage: one for one in settings}}, can_measure=True)
-    assert not section.apply.isEnabled(), "it is in force"
+    assert not section.apply.isEnabled(), "it is already applied"
     section.show_frames(ticks(0.3, 0.05))
     assert section.note.text() == "Simulation and touch: 0.22\u202fms predicted, 0.35\u202fms measured."
     with qtbot.waitSignal(section.applied) as back:
@@ -133,8 +133,8 @@ def ticks(physics, touch):
     return [SimpleNamespace(timings=Timings({"physics": physics, "touch": touch, "control": 9.0}))] * 60
 
 
-def test_what_is_predicted_is_for_this_window_in_which_all_takes_longer(section, qtbot):
-    """As the settings in force take three times what they took alone."""
+def test_prediction_is_scaled_to_the_slower_window(section, qtbot):
+    """The current settings take three times as long in the window as alone."""
     section.show_measured(measured(paths=False))
     limit(section, "time", milliseconds=1.2)
     section.show_frames(ticks(0.6, 0.06))

@@ -32,16 +32,16 @@ def test_every_choice_is_one_that_the_scene_takes(key):
     choices = effect_choices(key, tick=SCENE.tick)
     assert choices[0] == ("Auto", "auto")
     assert len(choices) >= 3
-    for words, wish in choices[1:]:
-        assert row_of(with_override(SCENE, key, wish), key).value == words
+    for words, override in choices[1:]:
+        assert row_of(with_override(SCENE, key, override), key).value == words
 
 
 def test_only_time_steps_that_make_up_a_tick_are_offered():
-    steps = [wish for _, wish in effect_choices("timestep", tick=0.005)[1:]]
+    steps = [override for _, override in effect_choices("timestep", tick=0.005)[1:]]
     assert steps == [0.0005, 0.001, 0.0025, 0.005]
 
 
-def test_a_wish_says_what_it_would_be_without():
+def test_override_states_the_automatic_choice():
     scene = with_override(SCENE, "friction", "on")
     row = row_of(scene, "friction")
     auto = automatic_rows(scene)["friction"]
@@ -51,7 +51,7 @@ def test_a_wish_says_what_it_would_be_without():
     assert effect_reason(auto, auto) == f"{auto.why[:1].upper()}{auto.why[1:]}."
 
 
-def test_what_was_chosen_here_is_told_from_what_the_scene_said():
+def test_choice_of_the_user_is_distinguished_from_the_scene():
     opened = with_override(SCENE, "friction", "on")
     scene = with_override(with_override(opened, "noise", "on"), "friction", "on")
     decision = credited_decision(scene.decision, opened, scene)
@@ -95,7 +95,7 @@ def test_a_stage_costs_its_median_here_and_now():
     assert (costs.of(ROWS["noise"]).words, costs.of(ROWS["noise"]).ablation) == ("0.02", False)
 
 
-def test_what_is_no_stage_costs_what_was_measured_beside():
+def test_effect_without_a_stage_has_the_separately_measured_cost():
     costs = EffectCosts()
     assert costs.of(ROWS["gravity"]).words == "…"
     costs.prices = {"gravity": 0.123}
@@ -120,7 +120,7 @@ def test_a_stage_that_was_switched_off_is_forgotten():
     assert costs.of(ROWS["noise"]).ablation
 
 
-def test_the_total_is_told_beside_the_time_there_is():
+def test_total_is_shown_with_the_available_time():
     costs = EffectCosts()
     assert costs.total == ""
     costs.clear(0.005)

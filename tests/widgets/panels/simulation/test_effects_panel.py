@@ -37,7 +37,7 @@ def panel(qtbot, prepared):
 @pytest.fixture
 def overrides(panel):
     heard = []
-    panel.override_requested.connect(lambda *wish: heard.append(wish))
+    panel.override_requested.connect(lambda *override: heard.append(override))
     return heard
 
 
@@ -66,12 +66,12 @@ def test_the_sensor_is_folded_until_it_is_asked_for(panel):
     assert all(panel.lines[key].isVisible() for key in SENSOR_KEYS)
 
 
-def test_a_choice_is_a_wish_and_shows_only_what_is_in_force(panel, overrides, prepared):
+def test_choice_is_a_request_and_the_line_shows_the_current_effect(panel, overrides, prepared):
     line = panel.lines["friction"]
     assert line.words[1] == "off"
     pick(line, "on")
     assert overrides == [("friction", "on")]
-    assert line.words[1] == "off", "nobody has simulated it yet"
+    assert line.words[1] == "off", "not simulated yet"
     show(panel, with_override(prepared.scene, "friction", "on"))
     assert line.words[1] == "on"
     assert line.marked
@@ -90,7 +90,7 @@ def test_choosing_what_is_chosen_asks_for_nothing(panel, overrides, prepared):
     assert overrides == []
 
 
-def test_a_wish_that_is_not_in_the_list_can_be_taken_back(panel, overrides, prepared):
+def test_override_that_is_not_in_the_list_can_be_reset(panel, overrides, prepared):
     show(panel, with_override(prepared.scene, "timestep", 0.00125))
     line = panel.lines["timestep"]
     assert line.words[1] == "0.00125 s"

@@ -10,7 +10,7 @@ from tactile_maps.core.errors import Finding
 from tactile_widgets.common.note_list import Note
 from tactile_widgets.panels.model.findings_panel import FindingsPanel, MessagesPanel, note_of
 
-MISSING = Finding("missing-mesh", "link_3.stl", "a small box stands in; choose the package root", 2)
+MISSING = Finding("missing-mesh", "link_3.stl", "a small box is used; choose the package root", 2)
 
 
 @pytest.fixture
@@ -21,7 +21,7 @@ def panel(qtbot):
 
 
 def test_a_finding_is_said_in_words():
-    text = "A small box stands in; choose the package root"
+    text = "A small box is used; choose the package root"
     assert note_of(MISSING) == Note("2 × missing mesh, link_3.stl", text, fault=True)
     assert not note_of(Finding("guessed-units", "", "read as millimetres")).fault
 

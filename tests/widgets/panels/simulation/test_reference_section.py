@@ -1,4 +1,4 @@
-"""The reference run in the window: on by a switch, off where nobody sees it, and of the session that is shown."""
+"""The reference run in the window: on by a switch, off while hidden, and for the shown session."""
 
 from __future__ import annotations
 
@@ -45,17 +45,17 @@ def text(section, name):
     return section.findChild(QLabel, f"reference-{name}").text()
 
 
-def test_off_nothing_is_simulated_and_on_differences_stand_beside_both_times(window_again, section):
+def test_reference_runs_only_when_on_and_shows_differences_and_times(window_again, section):
     following = window_again.live.reference
-    told = []
-    following.compared.connect(told.append)
+    comparisons = []
+    following.compared.connect(comparisons.append)
     run(window_again, 0.1)
-    assert not told
+    assert not comparisons
     switch_on(section)
     assert section.switch.isChecked()
     press_map(window_again, 30)
     run(window_again, 0.4)
-    assert told[-1].time == window_again.live.shown.time
+    assert comparisons[-1].time == window_again.live.shown.time
     assert text(section, "contact-force-now").endswith("\u202fN")
     assert text(section, "contact-place-now").endswith("\u202fmm")
     assert text(section, "cost").startswith("A tick takes ")
@@ -65,9 +65,9 @@ def test_off_nothing_is_simulated_and_on_differences_stand_beside_both_times(win
 @pytest.mark.long
 def test_a_reset_and_a_change_of_control_are_followed(window_again, section):
     live = window_again.live
-    told = []
+    comparisons = []
     refused = []
-    live.reference.compared.connect(told.append)
+    live.reference.compared.connect(comparisons.append)
     live.reference.failed.connect(refused.append)
     switch_on(section)
     run(window_again, 0.2)
@@ -75,7 +75,7 @@ def test_a_reset_and_a_change_of_control_are_followed(window_again, section):
     run(window_again, 0.2)
     live.reset()
     run(window_again, 0.2)
-    assert told[-1].time == live.shown.time < 0.35
+    assert comparisons[-1].time == live.shown.time < 0.35
     assert not refused
     live.set_settings(ControlSettings())
 
@@ -83,25 +83,25 @@ def test_a_reset_and_a_change_of_control_are_followed(window_again, section):
 @pytest.mark.long
 def test_folded_or_switched_off_it_ends(window_again, section):
     following = window_again.live.reference
-    told = []
-    following.compared.connect(told.append)
+    comparisons = []
+    following.compared.connect(comparisons.append)
     switch_on(section)
     run(window_again, 0.1)
-    assert told
+    assert comparisons
     panel = window_again.column.get(AccuracyPanel)
     panel.set_folded(True)
     QApplication.processEvents()
-    told.clear()
+    comparisons.clear()
     run(window_again, 0.1)
-    assert not told
+    assert not comparisons
     panel.set_folded(False)
     QApplication.processEvents()
     run(window_again, 0.1)
-    assert told
+    assert comparisons
     switch_on(section)  # off
-    told.clear()
+    comparisons.clear()
     run(window_again, 0.1)
-    assert not told
+    assert not comparisons
 
 
 def difference(time, force, *, unmatched=0):

@@ -1,4 +1,4 @@
-"""The contacts panel's reading: choices under a hand, and words for how well a force is told."""
+"""Force estimation in the contacts panel: choices of the user, and the description of the estimate."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ from tactile_widgets.panels.touch.contacts_panel import (
 from tactile_widgets.views.overlays.task_overlay import NO_TASK
 from tests.widgets.support.samples import leaf_map, touched
 
-TOLD = ForceEstimate(
+ESTIMATE = ForceEstimate(
     2.0, None, np.arange(14), np.full(14, 1 / 7), 4.12, 12, 14, 110.0, 100.0, peak=41_000.0, mean=12_300.0
 )
-REFUSED = replace(TOLD, taxels=np.zeros(0), forces=np.zeros(0), effective_rank=3, refused=EstimateRefusal.RANK)
+REFUSED = replace(ESTIMATE, taxels=np.zeros(0), forces=np.zeros(0), effective_rank=3, refused=EstimateRefusal.RANK)
 
 
 @pytest.fixture
@@ -55,7 +55,7 @@ def panel(qtbot):
 
 
 def choose(choice, steps: int) -> None:
-    """By the keys, as a hand does."""
+    """Choose with the keys, like a user."""
     choice.setFocus()
     for _ in range(abs(steps)):
         QTest.keyClick(choice, Qt.Key.Key_Down if steps > 0 else Qt.Key.Key_Up)
@@ -68,36 +68,36 @@ def test_every_estimator_is_offered_with_its_cost_and_loss(box):
 
 
 def test_a_hand_chooses_an_estimator_and_a_threshold(qtbot, box):
-    wanted: list[ReadingSettings] = []
-    box.reading_edited.connect(wanted.append)
+    edited: list[ReadingSettings] = []
+    box.reading_edited.connect(edited.append)
     choose(box.estimator, 2)
-    assert wanted[-1] == ReadingSettings("tikhonov")
+    assert edited[-1] == ReadingSettings("tikhonov")
     assert box.estimator.words == WORDS["tikhonov"][0]
     assert WORDS["tikhonov"][1] in box.estimator.toolTip()
     choose(box.threshold, 1)
-    assert wanted[-1] == ReadingSettings("tikhonov", 500.0)
+    assert edited[-1] == ReadingSettings("tikhonov", 500.0)
     assert box.threshold.words == "Contact threshold 0.5\u202fkPa"
     choose(box.threshold, -1)
-    assert wanted[-1].threshold is None
+    assert edited[-1].threshold is None
 
 
 def test_what_is_in_force_is_shown_and_not_asked_for(box):
-    wanted: list[ReadingSettings] = []
-    box.reading_edited.connect(wanted.append)
+    edited: list[ReadingSettings] = []
+    box.reading_edited.connect(edited.append)
     box.show_reading(ReadingSettings("lumped", 1234.0, wrench_noise=0.1))
     assert box.estimator.words == WORDS["lumped"][0]
     assert box.threshold.words == "Contact threshold 1.23\u202fkPa"
-    assert wanted == []
+    assert edited == []
     choose(box.estimator, -1)
-    assert wanted == [ReadingSettings("tikhonov", 1234.0, wrench_noise=0.1)], "the rest stays"
+    assert edited == [ReadingSettings("tikhonov", 1234.0, wrench_noise=0.1)], "the rest stays"
 
 
 def test_choosing_what_is_chosen_asks_for_nothing(box):
-    wanted: list[ReadingSettings] = []
-    box.reading_edited.connect(wanted.append)
+    edited: list[ReadingSettings] = []
+    box.reading_edited.connect(edited.append)
     box.estimator.activated.emit(0)
     box.threshold.activated.emit(0)
-    assert wanted == []
+    assert edited == []
 
 
 def test_automatic_says_what_it_means_under_the_noise_in_force(box):
@@ -108,22 +108,22 @@ def test_automatic_says_what_it_means_under_the_noise_in_force(box):
 
 
 def test_counts_have_thresholds_of_their_own(box):
-    wanted: list[ReadingSettings] = []
-    box.reading_edited.connect(wanted.append)
+    edited: list[ReadingSettings] = []
+    box.reading_edited.connect(edited.append)
     box.set_units(ReadingUnits.COUNTS, measured=True)
     assert box.threshold.words == "Automatic threshold ≥ 1\u202fcounts"
     rows = range(1, box.threshold.count() - 1)
     assert [box.threshold.itemData(row) for row in rows] == [1e3, 3e3, 1e4, 3e4, 1e5, 3e5, 1e6, 3e6, 1e7]
     choose(box.threshold, 7)
-    assert wanted[-1].threshold == 1e6
+    assert edited[-1].threshold == 1e6
     assert box.threshold.words == "Contact threshold 1,000\u202fcounts"
     box.set_units(ReadingUnits.CALIBRATED)
     assert box.threshold.words == "Contact threshold 1,000\u202fkPa"
 
 
 def test_any_other_threshold_can_be_entered(qtbot, box):
-    wanted: list[ReadingSettings] = []
-    box.reading_edited.connect(wanted.append)
+    edited: list[ReadingSettings] = []
+    box.reading_edited.connect(edited.append)
     box.set_units(ReadingUnits.COUNTS, measured=True)
     for value, finish in ((2345.0, "accept"), (77.0, "reject")):
         box.threshold.activated.emit(box.threshold.count() - 1)
@@ -133,24 +133,24 @@ def test_any_other_threshold_can_be_entered(qtbot, box):
         dialog.setDoubleValue(value)
         with qtbot.waitSignal(dialog.destroyed):
             getattr(dialog, finish)()
-    assert [settings.threshold for settings in wanted] == [2.345e6]
+    assert [settings.threshold for settings in edited] == [2.345e6]
     assert box.threshold.words == "Contact threshold 2,345\u202fcounts"
     assert box.threshold.currentIndex() == -1
 
 
-def test_how_well_a_force_is_told_is_said_in_words():
-    assert estimate_text(TOLD) == (
+def test_quality_of_the_force_estimate_is_described_in_words():
+    assert estimate_text(ESTIMATE) == (
         "Effective rank 12/14, residual 1.1\u202f×\u202fnoise\nCondition 4.1, peak 41.0 and mean 12.3\u202fkPa"
     )
-    assert "residual 0.11\u202fkPa" in estimate_text(replace(TOLD, noise=0.0))
+    assert "residual 0.11\u202fkPa" in estimate_text(replace(ESTIMATE, noise=0.0))
     head, why = estimate_text(REFUSED).split("\n")
     assert head == "Effective rank 3/14, condition 4.1"
     assert why.startswith("Refused: the effective rank is too low")
     assert len({estimate_text(replace(REFUSED, refused=reason)) for reason in EstimateRefusal}) == len(EstimateRefusal)
     lumped = ForceEstimate(2.0, None, effective_rank=6, unknowns=6)
     assert estimate_text(lumped).startswith("Wrench: effective rank 6/6")
-    assert "∞" in estimate_text(replace(TOLD, condition=float("inf")))
-    assert "1e+05" in estimate_text(replace(TOLD, condition=1.2e5))
+    assert "∞" in estimate_text(replace(ESTIMATE, condition=float("inf")))
+    assert "1e+05" in estimate_text(replace(ESTIMATE, condition=1.2e5))
 
 
 @pytest.mark.long
@@ -160,24 +160,24 @@ def test_the_panel_tells_how_well_and_greys_what_is_refused(panel, prepared):
     for _ in range(100):
         session.tick()
     frame = session.frame
-    told = panel.findChild(QLabel, "contacts-estimate")
+    label = panel.findChild(QLabel, "contacts-estimate")
     (number,) = (region.id for region in frame.regions)
     panel.show_frame(frame)
-    assert not told.isVisible(), "the area sum has nothing to tell"
+    assert not label.isVisible(), "the area sum has no such quality"
     panel.show_reading(session.runtime_settings.reading)
     panel.show_frame(frame)
-    assert told.isVisible()
-    assert told.isEnabled()
-    assert told.text() == estimate_text(frame.estimates[number])
+    assert label.isVisible()
+    assert label.isEnabled()
+    assert label.text() == estimate_text(frame.estimates[number])
     assert "ffective rank" in panel.findChild(type(panel._rows[0].button), "contact-1").toolTip()
-    height = told.height()
+    height = label.height()
     panel.show_frame(replace(frame, estimates={number: REFUSED}))
-    assert not told.isEnabled()
-    assert "too deep" in told.text()
+    assert not label.isEnabled()
+    assert "too deep" in label.text()
     panel.clear()
     QApplication.processEvents()
-    assert told.height() == height, "what lies below does not jump"
-    assert told.text() == ""
+    assert label.height() == height, "the layout below does not jump"
+    assert label.text() == ""
 
 
 def test_largest_part_of_the_uncertainty_is_named(panel, prepared):
@@ -317,7 +317,7 @@ def test_in_the_window_a_choice_reaches_the_session_and_a_paused_one_after_a_res
 
 
 def test_of_seven_contacts_all_can_be_scrolled_to(panel, prepared, qtbot):
-    """Three rows at once; the bar beside them reaches the rest, a selected one comes into sight, and no row moves."""
+    """Three rows are visible; the scroll bar reaches the rest, a selected row becomes visible, and no row moves."""
     tall = panel.sizeHint().height()
     panel.show_frame(touched(prepared.map, [8 * k for k in range(1, 8)]))
     links = [region.id for region in panel._regions]

@@ -42,14 +42,14 @@ def words(panel):
     return [panel.events.index(row).data().replace("\u202f", " ") for row in range(rows)]
 
 
-def test_what_goes_on_is_told_and_marked():
+def test_ongoing_event_is_listed_and_marked():
     first, second = event_lines(PRESSING)
     assert first.ongoing
     assert not second.ongoing
     assert (first.time, first.text) == ("0.3\u202fs", "Press on forearm, 4.2\u202fN")
 
 
-def test_what_has_ended_is_told_once():
+def test_ended_event_is_listed_once():
     assert [line.text.replace("\u202f", " ") for line in event_lines(RELEASED)] == [
         "Release on forearm, 4.2 N, 0.8 s",
         "Press on forearm, 4.2 N, 0.8 s",
@@ -62,7 +62,7 @@ def test_the_next_press_of_the_same_contact_is_another_one():
     assert [line.ongoing for line in event_lines(again)] == [True, False, False, False]
 
 
-def test_an_end_whose_beginning_is_forgotten_is_told():
+def test_end_without_a_stored_beginning_is_listed():
     assert len(event_lines((event(90, "stroke", "ended"),))) == 1
 
 
@@ -128,14 +128,14 @@ def test_the_window_logs_every_event_however_few_frames_it_shows_and_again_in_re
     window.presenters.touch.release()
     live.runner.run_for(0.2)
     live.pump()
-    told = words(log)
-    assert [line.split(" ")[0] for line in told] == ["Release", "Tap", "Touch"]
+    lines = words(log)
+    assert [line.split(" ")[0] for line in lines] == ["Release", "Tap", "Touch"]
     live.recording.stop()
     live.open_recording(tmp_path / "tap.mcap")
     live.replay.seek(0.195)
-    assert words(log) == told[2:]
+    assert words(log) == lines[2:]
     live.replay.seek(0.4)
-    assert words(log) == told
+    assert words(log) == lines
     live.replay.leave()
     window.action("reset").trigger()
     live.pump()

@@ -26,7 +26,7 @@ from tests.widgets.support.window_driver import run
 
 @pytest.fixture
 def window(window_again):
-    """What was connected is disconnected again by each test."""
+    """The shared window; each test closes its connection."""
     return window_again
 
 
@@ -161,8 +161,8 @@ def test_it_fits_the_column_with_much_trouble(window, tmp_path):
     window.live.connection.close()
 
 
-def _told(window):
-    """All that is said of how hard the skin is touched."""
+def _touch_texts(window):
+    """Return all texts about the intensity of a touch."""
     contacts = window.column.get(ContactsPanel)
     texts = [window.views.bar.title, *(label.text() for label in contacts.findChildren(QLabel))]
     texts += [mark.text for mark in window.views.map.marks.contacts]
@@ -176,24 +176,24 @@ def test_counts_are_never_called_pressure_or_force(window, tmp_path):
     connected(window, tmp_path, (0, 0, 20, 20, 20), tare=2)
     window.live.recording.start(tmp_path / "felt.mcap")
     window.live.recording.stop()
-    told = _told(window)
-    assert "Reading (counts)" in told
+    texts = _touch_texts(window)
+    assert "Reading (counts)" in texts
     assert window.status_line.factor.text().endswith("\u202fHz")
     assert not any(line.box.isEnabled() for line in window.column.get(EffectsPanel).lines.values())
     for kind in (ControllerPanel, BehavioursPanel, EffectsPanel):
         panel = window.column.get(kind)
         assert panel.isEnabled() == (kind is EffectsPanel)
         assert any("disconnect it" in label.text() for label in panel.findChildren(QLabel))
-    assert any("force unknown" in text for text in told)
-    assert any(re.search(r"\d counts", text) for text in told)
+    assert any("force unknown" in text for text in texts)
+    assert any(re.search(r"\d counts", text) for text in texts)
     window.live.show_player(open_recording(tmp_path / "felt.mcap"))
     run(window, 0.1)
-    for text in [*told, *_told(window)]:
+    for text in [*texts, *_touch_texts(window)]:
         assert not re.search(r"\bkPa\b|\bN\b", text), text
     window.live.replay.leave()
     window.live.connection.close()
     run(window, 0.3)
-    assert "Pressure (kPa)" in _told(window)
+    assert "Pressure (kPa)" in _touch_texts(window)
     assert "real time" in window.status_line.factor.text()
     assert window.column.get(ControllerPanel).isEnabled()
     assert not any("disconnect it" in label.text() for label in window.column.findChildren(QLabel) if label.isVisible())

@@ -1,4 +1,4 @@
-"""The wanted motion of a measured robot: shown while it is looked at, sent while a switch is on, and why it ends."""
+"""Requested motion of a measured robot: shown while visible, sent while the switch is on, with the reason of a stop."""
 
 from __future__ import annotations
 
@@ -117,7 +117,7 @@ def test_motion_is_sent_only_once_armed_and_is_disarmed_by_each_end(panel, drive
 
 
 @pytest.mark.long
-def test_what_is_wanted_is_shown_and_not_sent(panel, driver):
+def test_requested_motion_is_shown_and_not_sent(panel, driver):
     assert "no desired motion" in text(panel, "notes")
     choose(panel, "Hold force")
     panel.read(15)

@@ -1,4 +1,4 @@
-"""The simulated skin beside the measured one: the three maps, what is said of them, and when nothing is simulated."""
+"""Simulated and measured skin side by side: the three maps, their texts, and the states without simulation."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from tests.support.touch import pair
 from tests.widgets.support.window_driver import run
 
 SLIDE = 0.032
-"""Of the pair's joint [m]: both covers are pressed."""
+"""Position of the pair's joint at which both covers are pressed [m]."""
 DOUBLED = 7
 
 
@@ -39,7 +39,7 @@ def meeting():
 
 @pytest.fixture
 def window(window_again):
-    """What was connected is disconnected again by each test."""
+    """The shared window; the connection is closed after each test."""
     yield window_again
     window_again.live.connection.close()
 

@@ -20,7 +20,7 @@ from tests.widgets.support.window_driver import run
 
 @pytest.fixture
 def window(window_again):
-    """What was connected is disconnected again by each test."""
+    """The shared window; the connection is closed after each test."""
     yield window_again
     window_again.live.connection.close()
 

@@ -71,13 +71,13 @@ def play(plots, prepared, count=30, *, start=0):
 
 
 def redraw(plots):
-    """What was kept since the last drawing, seen."""
+    """Draw the samples stored since the last drawing."""
     plots.hide()
     plots.show()
 
 
 def curves(plots, number):
-    """By ink, the curves with samples of plot ``number``."""
+    """Return the curves with samples of plot ``number`` by colour."""
     item = plots.findChildren(pg.PlotWidget)[number].getPlotItem()
     found = [
         curve for curve in item.listDataItems() if curve.isVisible() and curve.xData is not None and len(curve.xData)

@@ -81,14 +81,14 @@ def drag(window, start, by):
 @pytest.mark.long
 def test_typed_joint_position_is_reached_and_replays_bit_for_bit(window, tmp_path):
     home = window.live.prepared.robot.home
-    wanted = np.degrees(home[1]) + 8.0
+    target = np.degrees(home[1]) + 8.0
     window.live.recording.start(tmp_path / "led.mcap")
-    type_degrees(window, 1, f"{wanted:.1f}")
+    type_degrees(window, 1, f"{target:.1f}")
     run(window, 0.2)
     moved = window.live.shown.posture[1] - home[1]
     assert 0 < moved < np.radians(7.9), "it goes there, it does not jump"
     run(window, 1.4)
-    assert abs(np.degrees(window.live.shown.posture[1]) - wanted) < 1.0
+    assert abs(np.degrees(window.live.shown.posture[1]) - target) < 1.0
     window.live.recording.stop()
     assert [act.speed for act in postures(window, RestChanged)] == [0.6]
     assert verify(RecordingPlayer(tmp_path / "led.mcap")).identical
@@ -121,7 +121,7 @@ def test_placing_next_to_a_finger_offers_to_move_instead(window):
     type_degrees(window, 1, f"{np.degrees(home[1]) + 5:.1f}")
     assert window.live.shown is shown
     assert "cannot be placed while a finger presses it" in window.notification_bar.text
-    assert np.allclose(window.presenters.posture.editor.target, home), "what is refused is not wanted any more"
+    assert np.allclose(window.presenters.posture.editor.target, home), "a rejected target is withdrawn"
     window.action("go_there").trigger()
     run(window, 1.0)
     assert window.live.mode is Mode.RUNNING
@@ -134,12 +134,12 @@ def test_dragged_link_moves_the_robot_and_escape_cancels(window):
     robot = window.live.prepared.robot
     start = robot_pixel(window, "hand")
     release = drag(window, start, QPoint(30, -24))
-    wanted = window.presenters.posture.editor.target
-    assert np.abs(wanted - robot.home).max() > 0.02
+    target = window.presenters.posture.editor.target
+    assert np.abs(target - robot.home).max() > 0.02
     release()
     configuration = Configuration(robot)
     places = []
-    for posture in (robot.home, wanted):
+    for posture in (robot.home, target):
         configuration.update(posture)
         places.append(configuration.pose("hand").translation.copy())
     right, up, _ = window.robot_view.display.actors.viewpoint.axes
@@ -147,7 +147,7 @@ def test_dragged_link_moves_the_robot_and_escape_cancels(window):
     assert step @ right > 0
     assert step @ up > 0
     run(window, 1.0)
-    assert np.abs(window.live.shown.posture - wanted).max() < 0.06
+    assert np.abs(window.live.shown.posture - target).max() < 0.06
     QTest.keyClick(window.robot_view, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
     assert np.allclose(window.presenters.posture.editor.target, robot.home)
     drag(window, robot_pixel(window, "hand"), QPoint(20, 20))

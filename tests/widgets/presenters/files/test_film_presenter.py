@@ -1,4 +1,4 @@
-"""Films from the menu: of what is shown or of the session, beside the window, whole or not at all."""
+"""Films from the menu: of the view or of the session, made in the background, complete or not at all."""
 
 from __future__ import annotations
 

@@ -47,7 +47,7 @@ def recorded(prepared, tmp_path_factory):
 
 @pytest.fixture
 def folder(recorded, tmp_path, monkeypatch):
-    """Where recordings go: two, one damaged file, and a trash of this test's own."""
+    """Folder with two recordings and a damaged file; the trash belongs to this test."""
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
     folder = tmp_path / "recordings"
     folder.mkdir()
@@ -144,7 +144,7 @@ def test_range_and_episodes_are_saved_as_recordings(window_again, folder, record
     window.action("trim_range").trigger()
     assert "into itself" in window.notification_bar.text
     assert (folder / "one.mcap").read_bytes() == recorded
-    assert not [path for path in folder.rglob("*") if path.name.startswith(".")], "nothing is left beside"
+    assert not [path for path in folder.rglob("*") if path.name.startswith(".")], "no temporary files remain"
     window.live.replay.leave()
 
 

@@ -74,7 +74,7 @@ def test_first_map_of_a_scene_without_a_file_proposes_its_name_for_the_scene(win
 
 @pytest.fixture
 def saving(monkeypatch, tmp_path):
-    """Answer each dialog that asks where to save with a file of this folder; titles of the dialogs."""
+    """Return a file of this folder from each save dialog, and record the titles of the dialogs."""
     titles = []
 
     def chosen(_parent, title, name, _kinds):
@@ -86,7 +86,7 @@ def saving(monkeypatch, tmp_path):
 
 
 def question(window):
-    """Text of the question that is shown; empty if there is none."""
+    """Text of the visible question, or an empty string."""
     return next((box.text() for box in window.findChildren(QMessageBox) if box.isVisible()), "")
 
 

@@ -81,7 +81,7 @@ def test_choice_equal_to_the_automatic_value_is_stored(window, panel):
     assert panel.lines["joint_limits"].marked
     assert window.presenters.effects.scene.overrides["joint_limits"] == "on"
     changes = [act for _, act in window.live.runner.session.inputs if isinstance(act, EffectsChanged)]
-    assert not changes, "nothing was simulated otherwise"
+    assert not changes, "the simulation is unchanged"
 
 
 def test_rejected_effect_is_reported_and_the_panel_restored(window, panel):
@@ -89,7 +89,7 @@ def test_rejected_effect_is_reported_and_the_panel_restored(window, panel):
     window.live.set_effects(refused)
     run(window, 0.05)
     assert "whole number" in window.notification_bar.text
-    assert window.live.mode is Mode.RUNNING, "the session goes on"
+    assert window.live.mode is Mode.RUNNING, "the session continues"
     assert window.live.runner.session.frame.tick
     assert panel.lines["timestep"].words[1] == "0.001 s"
 
@@ -170,7 +170,7 @@ def test_replay_shows_its_effects_and_accepts_no_choice(window, panel, tmp_path)
     assert panel.lines["friction"].words[1] == "on"
     window.live.replay.leave()
     assert panel.lines["noise"].words[1] == "off"
-    assert panel.lines["friction"].words[1] == "on", "as it was left"
+    assert panel.lines["friction"].words[1] == "on", "the choice is kept"
     assert panel.lines["noise"].box.isEnabled()
 
 
@@ -185,7 +185,7 @@ def test_measured_costs_are_shown_in_the_panel(window, panel):
 
 
 def test_controller_chosen_by_accuracy_is_used(window):
-    """Controller and speed are taken, the gains stay, and the point is the one in force from then on."""
+    """Controller and speed are applied, the gains stay, and the point becomes the current setting."""
     before = window.live.runner.session.settings
     chosen = Setting("control", "parallel", {"path_speed_mm_s": 30.0})
     window.column["accuracy"].chosen.emit(chosen)

@@ -86,7 +86,7 @@ def test_mark_set_while_recording_is_reached_by_keys_in_the_replay(window_again,
     window.live.open_recording(path)
     assert window.context.notes.value.marks == (Mark(40, "Mark 1"),)
     assert not annotations_file(path).exists(), "nothing was said since"
-    for _ in range(2):  # there is none further on
+    for _ in range(2):  # the second time, no later note exists
         QTest.keyClick(window, Qt.Key.Key_Right, Qt.KeyboardModifier.AltModifier)
         assert window.live.shown.tick == 40
     assert window.timeline.playhead.time == pytest.approx(0.2)

@@ -108,15 +108,15 @@ def test_touches_are_repeated_in_the_scene_behind_the_recording(window):
 def test_repeated_touches_use_the_chosen_controller(window, two):
     window.live.replay.leave()
     path = ((0.01, 0.02), (0.03, 0.02))
-    wanted = replace(ControlSettings(), controller="hybrid", task="follow_path", path_kind="polyline", path=path)
-    window.live.set_settings(wanted)
+    settings = replace(ControlSettings(), controller="hybrid", task="follow_path", path_kind="polyline", path=path)
+    window.live.set_settings(settings)
     window.live.open_recording(two[0])
     window.action("repeat_touches").trigger()
-    assert window.live.run.settings.settings == wanted
-    assert settings_from(window.live.run.prepared.scene.control) == wanted
+    assert window.live.run.settings.settings == settings
+    assert settings_from(window.live.run.prepared.scene.control) == settings
     window.live.reset()
     run(window, 0.1)
-    assert window.live.runner.session.runtime_settings.settings == wanted
+    assert window.live.runner.session.runtime_settings.settings == settings
 
 
 @pytest.mark.long

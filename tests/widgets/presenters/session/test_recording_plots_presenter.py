@@ -1,4 +1,4 @@
-"""The curves of a whole recording in the window: read beside, in step with the timeline, cancelled without harm."""
+"""Curves of a whole recording in the window: read in the background, linked to the timeline, and cancellable."""
 
 from __future__ import annotations
 

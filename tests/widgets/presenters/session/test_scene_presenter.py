@@ -19,22 +19,22 @@ ORDER = ["effects", "views", "panels", "map"]
 
 @pytest.fixture
 def trace(window, monkeypatch):
-    """Who is told of a scene, in order; each still does what it does."""
-    told = []
+    """Names of the objects that show a scene, in the order of their calls."""
+    names = []
 
     def listen(name, shows):
         show = shows.show_prepared
 
-        def tell(prepared):
-            told.append(name)
+        def record(prepared):
+            names.append(name)
             show(prepared)
 
-        monkeypatch.setattr(shows, "show_prepared", tell)
+        monkeypatch.setattr(shows, "show_prepared", record)
 
     presenters = window.presenters
     for name, shows in zip(ORDER, (presenters.effects, window.views, window.column, presenters.map_edit), strict=True):
         listen(name, shows)
-    return told
+    return names
 
 
 def test_scene_is_shown_in_the_defined_order(window, prepared, trace):
@@ -83,10 +83,10 @@ def test_broken_plugins_are_reported_once(window, prepared, monkeypatch, tmp_pat
     (info / "entry_points.txt").write_text("[tactile_maps.map_methods]\nflat = module_that_is_not_there:METHOD\n")
     monkeypatch.syspath_prepend(str(tmp_path))
     assert "flat" not in METHODS
-    told = []
-    monkeypatch.setattr(window.context.notifier, "fault", lambda text, **_operation: told.append(text))
+    messages = []
+    monkeypatch.setattr(window.context.notifier, "fault", lambda text, **_operation: messages.append(text))
     window.live.show_prepared(prepared)
     window.live.show_prepared(prepared)
-    (text,) = told
+    (text,) = messages
     assert text.startswith("Plug-in other 2.0, map_methods, flat: left out: ModuleNotFoundError")
     assert text.endswith("pip uninstall other.")

@@ -54,7 +54,7 @@ def test_recordings_of_the_same_second_have_different_names(window, tmp_path, mo
 
 
 class SameSecond(datetime):
-    """Time that stands still."""
+    """A clock with a constant time."""
 
     @classmethod
     def now(cls, tz=None):

@@ -27,7 +27,7 @@ def window(window_again):
 
 @pytest.fixture
 def script(tmp_path, monkeypatch):
-    """The file that both dialogs answer with."""
+    """The file that both dialogs return."""
     path = tmp_path / "mine.toml"
     for name in ("save_file", "open_file"):
         monkeypatch.setattr(FileDialog, name, lambda *_args: str(path))
@@ -57,10 +57,10 @@ def test_saved_pokes_play_as_a_script(window, script):
     assert session.scripted
     assert session.effects.friction, "the scene restarts with the chosen effects"
     run(window, 0.3)
-    (told,) = session.frame.pokes
-    assert told.at.patch == felt
+    (played,) = session.frame.pokes
+    assert played.at.patch == felt
     point = session.prepared.skin.taxel_point(70)
-    away = session.prepared.skin.position(told.at) - session.prepared.skin.position(point)
+    away = session.prepared.skin.position(played.at) - session.prepared.skin.position(point)
     assert np.linalg.norm(away) < 0.01
 
 
@@ -160,7 +160,7 @@ def test_stop_is_saved_as_a_report(window, tmp_path):
     assert button.text() == "Save report"
     QTest.mouseClick(button, LEFT)
     (path,) = (tmp_path / "recordings").glob("stopped*.mcap")
-    assert str(path) in window.notification_bar.text, "the answer to the press stays to be read"
+    assert str(path) in window.notification_bar.text, "the reply to the press remains visible"
     player = RecordingPlayer(path)
     assert player.failure is not None
     assert "diverged" in str(player.failure[1])

@@ -87,12 +87,12 @@ def test_keys_change_the_grid(tool, editor):
 
 
 def test_corners_on_two_patches_are_rejected(tool, editor):
-    told = []
-    editor.failed.connect(told.append)
+    failures = []
+    editor.failed.connect(failures.append)
     skin = editor.document.skin
     press(tool, corners(skin)[0])
     press(tool, skin.taxel_point(len(skin) - 1))
-    assert "one patch" in told[0]
+    assert "one patch" in failures[0]
     assert tool.spec is None
 
 
@@ -108,7 +108,7 @@ def test_undo_steps_are_scenes():
     steps.undo()
     steps.redo()
     assert shown == [two, three, two, one, two]
-    steps.show_scene(one)  # the one asked for last did not open
+    steps.show_scene(one)  # the one requested last did not open
     assert (steps.can_undo, steps.redo_name) == (False, "Taxel grid")
     steps.show_scene(scene_for("d.urdf"))
     assert (steps.can_undo, steps.can_redo) == (False, False)

@@ -125,9 +125,9 @@ def test_nearest_corner_is_picked_on_the_skin_and_none_off_the_body(thin_tube):
 
 def test_border_of_a_hidden_patch_is_not_picked(thin_tube):
     low, high = thin_tube.map.boxes[1]
-    beside = np.array([high[0] + 0.4 * PICK_RADIUS_PX * PIXEL, 0.5 * (low[1] + high[1])])
-    assert vertex_at(thin_tube, at_map_point(thin_tube, beside))[0] == 1
-    assert vertex_at(show_patches(thin_tube, [1], visible=False), at_map_point(thin_tube, beside)) is None
+    outside = np.array([high[0] + 0.4 * PICK_RADIUS_PX * PIXEL, 0.5 * (low[1] + high[1])])
+    assert vertex_at(thin_tube, at_map_point(thin_tube, outside))[0] == 1
+    assert vertex_at(show_patches(thin_tube, [1], visible=False), at_map_point(thin_tube, outside)) is None
     assert vertex_at(thin_tube, at_map_point(thin_tube, [9.0, 9.0])) is None
 
 

@@ -33,7 +33,7 @@ def pins(editor, number=CAP):
 
 
 def place(editor, pin=0, number=CAP):
-    """Where a pin is on the map."""
+    """Return the position of a pin on the map."""
     return editor.document.map.to_map(pins(editor, number)[pin].at)
 
 
@@ -288,7 +288,7 @@ def test_pin_is_marked_on_the_body_also_during_a_drag(hand, editor, tool, docume
     hand.move(place(editor) + [0.01, 0])
     marks = tool.body_marks()
     hand.move(place(editor) + [0.01, 0.01])
-    assert tool.body_marks() is marks  # or the body would be drawn anew with every frame of the map
+    assert tool.body_marks() is marks  # a new list would redraw the body with every frame of the map
     hand.release(place(editor))
 
 

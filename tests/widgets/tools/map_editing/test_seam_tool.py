@@ -43,7 +43,7 @@ held = pytest.mark.parametrize("worker", [HeldJobs], indirect=True)
 
 
 def seams(document, number=SHEET):
-    """As pairs of vertices."""
+    """Return the seams as pairs of vertices."""
     return {tuple(edge) for edge in np.sort(document.charts[number].seams, axis=1).tolist()}
 
 
@@ -53,7 +53,7 @@ def column(rows, at=4):
 
 
 def roles(tool):
-    """Of all lines on the body but the seams that are there."""
+    """Return the roles of all lines on the body except those of existing seams."""
     return [line.role for line in tool.body_marks().lines if line.role is not MarkRole.SEAM]
 
 
@@ -73,12 +73,12 @@ def test_drag_cuts_from_vertex_to_vertex(hand, editor, document):
 def test_pointer_off_the_patch_snaps_to_the_border(hand, editor, tool, document):
     edge = corner(document, sheet_vertex(4, 0))
     out = (edge - middle(document, SHEET)) / np.linalg.norm(edge - middle(document, SHEET))
-    beside = edge + 6 * hand.view._pixel_size(hand.view.picture.shapes.frame) * out
-    assert document.map.to_body(beside) is None
-    hand.move(beside)
+    outside = edge + 6 * hand.view._pixel_size(hand.view.picture.shapes.frame) * out
+    assert document.map.to_body(outside) is None
+    hand.move(outside)
     assert tool._tip == (SHEET, sheet_vertex(4, 0))
-    hand.move(edge + 4 * (beside - edge))
-    assert tool._tip is None or tool._tip[0] != SHEET, "another patch may lie there"
+    hand.move(edge + 4 * (outside - edge))
+    assert tool._tip is None or tool._tip[0] != SHEET, "another patch may be there"
 
 
 @pytest.mark.long
@@ -217,7 +217,7 @@ def test_proposal_is_for_the_selected_patch_and_is_drawn(hand, editor, tool, doc
 
 def test_proposal_without_selection_is_for_the_worst_patch(editor, tool, document):
     tool.propose()
-    assert editor.proposal.result.request.jobs[0].number == CAP  # a sheet and a tube lie flat without distortion
+    assert editor.proposal.result.request.jobs[0].number == CAP  # a sheet and a tube flatten without distortion
     assert editor.document is document
 
 

@@ -1,4 +1,4 @@
-"""Legends stand where they hide the least of the map."""
+"""Legends are placed where they hide the least of the map."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""The live image and what else a shown document stands on.
+"""The current image of the map and the data shared by the views of a document.
 
-One buffer in the scale's own colours, a rim carried outwards; the atlas is the map's image, flaws are the whole map's,
-a camera sees the same.
+The image is a single buffer in the colours of the scale with an extended rim. The atlas is the map's image, flaws are
+those of the whole map, and a camera shows the same.
 """
 
 from __future__ import annotations
@@ -117,7 +117,7 @@ def _flaws_of_the_whole_map(map_):
 
 
 def _folded(document):
-    """A chart of which one point lies where it turns triangles over and crosses its border."""
+    """Return a chart with a vertex that flips triangles and makes the border cross itself."""
     chart = document.charts[0]
     plane = chart.plane.copy()
     plane[chart.border[0]] *= -1.5

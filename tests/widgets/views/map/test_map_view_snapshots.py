@@ -1,4 +1,4 @@
-"""How the map looks, pinned: framed with two touches in both themes, and zoomed in until the taxels show."""
+"""Snapshots of the map: fitted with two contacts in both themes, and zoomed in until taxels are visible."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The words about a touch are beside it: over no touch, over no other words, and led to it where they are far."""
+"""Callouts are placed near their contacts without overlaps, and have a leader line if they are far."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A drawing that is copied from its pixels looks as drawn anew, and is drawn anew when anything about it changes."""
+"""A cached drawing is identical to a new one, and it is drawn again after any change."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The robot view by itself: empty, or with the small arm, and what it told."""
+"""The robot view without a window: empty or with the small arm, and its signals."""
 
 from __future__ import annotations
 

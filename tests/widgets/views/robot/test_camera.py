@@ -109,7 +109,7 @@ def test_visible_object_keeps_the_default_direction():
 
 
 def test_hidden_object_changes_the_direction():
-    """A ball behind the forearm, where our arm at home stands between it and the usual eye."""
+    """A ball behind the forearm is hidden from the default viewpoint by the arm at home."""
     hidden = ball("hidden", 0.2142, -0.0008, 0.5822)
     side = side_with(hidden)
     assert side != pytest.approx(DEFAULT_DIRECTION)

@@ -18,7 +18,7 @@ from tactile_widgets.views.robot.plotter_widget import (
 
 
 class SlowCanvas(QWidget):
-    """A canvas that takes as long as it is told, on a clock of its own."""
+    """A canvas that takes a given time to draw, on its own clock."""
 
     def __init__(self, milliseconds):
         super().__init__()
@@ -36,7 +36,7 @@ class SlowCanvas(QWidget):
         self.time += 1e-3 * self.milliseconds * quality**2
 
     def close_plotter(self):
-        """Nothing to give back."""
+        """Do nothing; the canvas holds no resources."""
 
 
 @pytest.fixture

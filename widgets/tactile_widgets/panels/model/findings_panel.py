@@ -19,7 +19,7 @@ _NO_MESSAGES = "Messages and errors are listed here; Ctrl+C copies them."
 
 
 def note_of(finding: Finding) -> Note:
-    """Return a finding as a note, such as ``Missing mesh, link_3.stl: a small box stands in``."""
+    """Return a finding as a note, such as ``Missing mesh, link_3.stl: Replaced by a small box``."""
     kind = finding.kind.replace("-", " ").replace("_", " ")
     times = f"{finding.count} × " if finding.count > 1 else ""
     head = f"{times}{kind}, {finding.where}" if finding.where else f"{times}{kind}"

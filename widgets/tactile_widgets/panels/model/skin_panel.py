@@ -134,7 +134,7 @@ class SkinPanel(Panel):
     # What is shown.
 
     def show_choice(self, choice: SkinChoice, *, same_robot: bool = False) -> None:
-        """Show a skin; its links are found anew unless it is on the same robot."""
+        """Show a skin; its links are found again unless it is on the same robot."""
         self._shown = choice
         self._empty.hide()
         self._content.show()

@@ -65,7 +65,7 @@ _DROPS = {
     FileKind.SCENE: "Open the scene {}",
     FileKind.MESH: "Open the mesh {}",
 }
-"""What dropping a file of a kind does; others open a robot."""
+"""Effect of dropping a file by kind; other files open as a robot."""
 """Largest taxel file that is read at once, in 0.2 s."""
 
 

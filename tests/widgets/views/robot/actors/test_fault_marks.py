@@ -56,7 +56,7 @@ def test_broken_taxels_are_marked_at_their_locations(scene, prepared, faults):
     assert (crossed != before).any()
     scene.set_faults(faults)
     assert len(faults.blind) > 0
-    assert (crossed != picture(scene)).any(), "a blind taxel looks otherwise than one that is estimated"
+    assert (crossed != picture(scene)).any(), "a missing taxel looks different from an estimated one"
     scene.set_faults(NO_FAULTS)
     assert marked_taxels(scene, prepared) == set()
     np.testing.assert_array_equal(picture(scene), before)

@@ -59,7 +59,7 @@ def test_hidden_link_has_no_actors_and_can_be_shown_again(plotter, scene, prepar
     assert gone
     assert not any(renderer.HasViewProp(actor) for actor in gone)
     assert len(scene._corners()) < whole, "what is framed"
-    assert not scene.forces, "an arrow would stand in the air"
+    assert not scene.forces, "an arrow would float in the air"
     scene.show_frame(pressed)
     assert not any(renderer.HasViewProp(actor) for actor in gone)
     scene.show_prepared(prepared)

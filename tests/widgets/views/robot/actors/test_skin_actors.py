@@ -91,7 +91,7 @@ def test_flat_skin_equals_the_map_and_faces_the_camera(still):
 
 @pytest.mark.long
 def test_skin_leaves_the_body_before_it_is_flattened(still):
-    """At no share is it in the link while that can be seen: outwards by its normals, the links fading, then flat."""
+    """The skin never enters a visible link: it moves out along its normals, the links fade, then it flattens."""
     scene = still.robot_view.display.actors
     bodies = on_body(still)
     outward = []
@@ -268,7 +268,7 @@ def flat(window):
 
 
 def pixel(window, taxel):
-    """Where a taxel is in the robot view, on the skin as it lies."""
+    """Return the pixel of a taxel in the robot view, on the skin as displayed."""
     view = window.robot_view
     point, _ = view.display.actors.skin.point(
         window.live.prepared.skin.taxel_point(taxel), view.display.actors.poses, view.display.actors._plane
