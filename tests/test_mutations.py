@@ -5,7 +5,7 @@ from __future__ import annotations
 from tests.mutate import mutations
 
 
-def test_there_are_many_over_the_important_packages():
+def test_important_packages_have_many_mutations():
     listed = mutations()
     assert len(listed) >= 40
     assert len({mutation.what for mutation in listed}) == len(listed)
@@ -13,5 +13,5 @@ def test_there_are_many_over_the_important_packages():
     assert len(packages) >= 15
 
 
-def test_each_can_be_made():
+def test_every_mutation_can_be_applied():
     assert not [f"{mutation.what}: {mutation.problem()}" for mutation in mutations() if mutation.problem()]

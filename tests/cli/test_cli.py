@@ -277,7 +277,7 @@ def test_screenshot_shows_the_whole_window(capsys, ball, tmp_path):
     assert target.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
 
 
-def test_name_that_is_no_text_is_named_where_it_cannot_be_written(ball, tmp_path, capsys):
+def test_file_name_that_is_not_text_is_escaped_in_output(ball, tmp_path, capsys):
     named = ball.rename(tmp_path / "box\udce9.obj")
     status, _, output = call(capsys, "map", named, "--taxels", "20", "-o", tmp_path / "out.npz")
     assert status == 1

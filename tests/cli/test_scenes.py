@@ -58,7 +58,7 @@ def test_scene_may_state_package_roots_relative_to_itself(elsewhere, capsys):
     assert main(["inspect", str(scene)]) == 0
 
 
-def test_root_that_is_no_folder_is_bad_usage(elsewhere, capsys):
+def test_root_that_is_not_a_folder_is_a_usage_error(elsewhere, capsys):
     assert main(["inspect", "arm", "--package-root", str(elsewhere / "nowhere")]) == 2
     assert "the folder does not exist" in capsys.readouterr().err
 

@@ -67,7 +67,7 @@ def test_walk_that_meets_a_border_does_not_end_there():
         assert SKIN.position(place.at) == pytest.approx(taxel_positions(SKIN)[taxel], abs=1e-9)
 
 
-def test_outside_its_patch_there_is_no_place_even_over_another_patch():
+def test_point_outside_its_patch_has_no_place_even_over_another_patch():
     placer = BackProjector(MAP, taxel_positions(SKIN))
     other = MAP.taxel_points[int(SKIN.first[1])]
     assert MAP.to_body(other).patch == 1
@@ -93,7 +93,7 @@ def test_an_edited_map_places_by_the_edit():
     assert 0 not in placer._walks, "another cut has other ways"
 
 
-def test_no_skin_has_no_positions():
+def test_empty_skin_has_no_positions():
     assert taxel_positions(Skin(())).shape == (0, 3)
 
 
@@ -127,7 +127,7 @@ def test_an_evenly_pressed_ellipse_is_found(angle):
     assert on_map == pytest.approx(axes[:, :2])
 
 
-def test_one_taxel_is_as_large_as_its_area():
+def test_ellipse_of_one_taxel_has_its_area():
     axes, _ = principal_axes(np.zeros((1, 3)), np.ones(1), 1e-4 / 12, flat())
     assert np.linalg.norm(axes, axis=1) == pytest.approx(2 * np.sqrt(1e-4 / 12))
 

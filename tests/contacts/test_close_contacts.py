@@ -188,7 +188,7 @@ def test_separated_cores_are_a_partition_and_rings_are_untouched():
     assert np.median(noise) == pytest.approx(75.0 * np.sqrt(1 + 1 / 6), rel=0.02)
 
 
-def test_what_creep_leaves_of_a_touch_is_no_contact_but_a_new_touch_is():
+def test_residual_pressure_of_creep_is_not_a_contact_but_a_new_touch_is():
     sense = tared()
     assert read(sense, pressed(0.0))
     left = pressed(0.0, peak=1.2e3)

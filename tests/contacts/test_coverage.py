@@ -147,7 +147,7 @@ def test_depths_have_a_force_of_unknown_accuracy_and_a_place():
 
 
 @pytest.mark.long
-def test_no_width_fits_the_forces_of_depths():
+def test_no_single_width_covers_the_forces_at_all_depths():
     """The true force is several times the reading, and neither factor nor scatter is the same on two skins."""
     factors = []
     for skin in (SKIN, "bar-400"):
@@ -203,7 +203,7 @@ def test_every_effect_is_covered_with_every_estimator(estimator, effect):
 
 @pytest.mark.long
 @pytest.mark.parametrize("effect", ["none", "gain spread", "noise", "hysteresis", "all"])
-def test_force_torque_sensor_is_covered_whatever_the_skin_reads(effect):
+def test_force_torque_interval_does_not_depend_on_the_skin(effect):
     found = coverage(SKIN, effect=effect, estimator="lumped", count=COUNT)
     assert_forces_are_covered(found)
     assert 0.60 <= found.place[0] <= 0.80

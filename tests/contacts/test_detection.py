@@ -38,7 +38,7 @@ def around(point, *, kilopascals=10.0, radius=0.03):
     return 1e3 * kilopascals * np.clip(1 - (away / radius) ** 2, 0, None)
 
 
-def test_one_touch_is_one_region_with_all_its_force_where_it_is():
+def test_touch_gives_one_region_with_its_force_and_place():
     pressures = around((0.2, 0, 0.02))
     (region,) = ContactDetector(MAP).read(pressures)
     assert region.force == pytest.approx(pressures @ SKIN.areas, rel=1e-12), "the ring brings what is below threshold"

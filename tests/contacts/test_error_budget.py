@@ -72,7 +72,7 @@ def test_place_of_a_line_of_taxels_is_less_certain_than_that_of_a_round_contact(
     assert between - alike == pytest.approx(AREA / 24 / 6 / 2)
 
 
-def test_two_equal_taxels_are_as_uncertain_as_by_hand():
+def test_uncertainty_of_two_equal_taxels_matches_hand_calculation():
     """1 N on each of two taxels, each 1 cm from the centre."""
     errors = SensorUncertainty(noise=100.0, gain=0.1, calibration=0.003)
     found = propagate_uncertainty(errors, TWO, np.full(2, 1e-4))
@@ -335,7 +335,7 @@ def test_age_of_a_sample_counts_by_how_fast_force_and_place_change():
     assert found.place == pytest.approx(math.hypot(still.place, 0.05 * errors.lag))
 
 
-def test_noise_is_not_taken_for_motion():
+def test_noise_does_not_count_as_motion():
     random = np.random.default_rng(0)
     effects = SensorEffects(noise=Noise(1000.0), sampling=Sampling())
     errors = SensorUncertainty.of_sensor(effects)

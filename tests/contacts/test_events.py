@@ -42,14 +42,14 @@ def event(kind, phase, *links):
         ("self-touch", "began", ["left_hand", "right_forearm"], "left hand touches right forearm, 4.2 N"),
     ],
 )
-def test_each_kind_reads_well(kind, phase, links, words):
+def test_text_of_each_kind_is_readable(kind, phase, links, words):
     assert kind in EVENT_KINDS
     assert event(kind, phase, *links).words.replace("\u202f", " ") == words
 
 
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("seed", range(5))
-def test_whatever_it_does_each_phase_begins_where_the_last_one_ended(seed):
+def test_every_phase_begins_where_the_last_one_ended(seed):
     random = np.random.default_rng(seed)
     at = np.zeros(3)
     contact = ContactState(0, 0.0, region(1))
@@ -113,7 +113,7 @@ def test_slip_at_the_border_begins_again_only_after_a_while():
 DOWN = np.array([0.0, 0.0, -1.0])
 
 
-def test_a_grasp_goes_on_while_fingers_change():
+def test_grasp_continues_while_fingers_change():
     pairs = GraspPairs()
     one = region(1)
     other = region(2, link_normal=DOWN)
@@ -242,7 +242,7 @@ def test_merge_of_two_contacts_is_an_event():
     assert [word for word in words if word[1] == "release"] == [("ended", "release", (1,))], "nothing let go of 2"
 
 
-def test_a_merging_centre_jumps_and_that_is_no_stroke():
+def test_jump_of_a_merging_centre_is_not_a_stroke():
     frames = [*held(40), (region(1, merged=(2,), link_position=np.array([0.05, 0, 0])),)]
     frames += [(region(1, link_position=np.array([0.05, 0, 0])),)] * 40
     assert not [word for word in reported(frames)[0] if word[1] == "stroke"]

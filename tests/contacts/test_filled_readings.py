@@ -42,7 +42,7 @@ def without(pressures: np.ndarray, *taxels: int, value: float = 0.0) -> np.ndarr
     return read
 
 
-def test_even_pressure_is_filled_in():
+def test_missing_taxels_under_even_pressure_are_filled_in():
     even = np.full(len(SKIN), 5e3)
     filled = TaxelFill(SKIN, broken(HOLE)).fill(without(even, HOLE), threshold=THRESHOLD)
     assert filled.pressures[HOLE] == pytest.approx(5e3)

@@ -90,7 +90,7 @@ def is_read(felt: float, force: float, frame: Frame, *, rel: float) -> bool:
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("model", EXACT)
 @pytest.mark.parametrize("name", PLACES)
-def test_all_of_a_fingers_force_is_felt_wherever_it_strokes(name, model):
+def test_full_force_of_a_finger_is_measured_along_the_stroke(name, model):
     run = stroked(name, model)
     check_numbers(run)
     assert run.failure is None
@@ -211,7 +211,7 @@ def test_pressure_is_below_the_probe(name):
 @pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("name", ["on a seam", "two that merge"])
-def test_the_same_again_gives_the_same_numbers(name):
+def test_repeated_run_gives_the_same_numbers(name):
     check_repeats(play(place(name).probed("punch"), 0.2), play(place(name).probed("punch"), 0.2))
 
 

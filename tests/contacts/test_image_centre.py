@@ -42,7 +42,7 @@ def centre(pressures, **settings):
 @pytest.mark.parametrize(
     ("pixel", "interpolation"), [(0.001, "barycentric"), *((0.004, one) for one in INTERPOLATIONS)]
 )
-def test_it_is_the_mean_of_the_pixels_of_an_image_that_is_rendered(pressures, pixel, interpolation):
+def test_image_centre_is_the_weighted_mean_of_the_rendered_pixels(pressures, pixel, interpolation):
     found = centre(pressures, pixel=pixel, interpolation=interpolation)
     image = TactileImage(MAP, resolution=pixel, interpolation=interpolation)
     own = np.zeros_like(pressures)
@@ -70,7 +70,7 @@ def test_three_taxels_are_a_mean_of_places_and_normals_weighted_by_nearness(pres
     assert 0 < np.linalg.norm(found.link_position - usual.link_position) < 0.01
 
 
-def test_a_centre_on_a_taxel_comes_back_there():
+def test_centre_on_a_taxel_is_projected_back_to_it():
     projector = ContactDetector(MAP, centre=CentreSettings(back_projection="three-taxels"))._projector
     place = projector.place(0, MAP.taxel_points[20], near=projector.face_of(20))
     assert place.link_position == pytest.approx(MAP.skin.patches[0].taxels.positions[20], abs=1e-6)

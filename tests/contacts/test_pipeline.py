@@ -139,7 +139,7 @@ def test_two_links_touched_apart_are_no_self_touch():
 
 
 @pytest.mark.parametrize("estimator", ["area-sum", "local-nnls", "tikhonov"])
-def test_one_reading_is_read_without_a_past(estimator):
+def test_single_reading_is_processed_without_history(estimator):
     prepared = prepared_bar()
     skin = prepared.skin
     at = prepared.skin.taxel_point(30)

@@ -211,7 +211,7 @@ def play(script) -> list:
 @pytest.mark.long
 @given(script=st.lists(acts, min_size=1, max_size=25))
 @examples(25)
-def test_any_hand_gives_frames_that_mean_something_and_repeat(script):
+def test_random_touches_give_valid_reproducible_frames(script):
     frames = play(script)
     areas = arm().skin.areas
     for frame in frames:

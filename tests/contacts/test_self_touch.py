@@ -63,7 +63,7 @@ def test_a_pair_stays_one_while_something_else_presses_one_side():
     assert partners(pair(force=1.5), touch=touch) == [None, None], "a pair that separated must be matched again"
 
 
-def test_a_pair_that_let_go_is_forgotten():
+def test_separated_pair_is_forgotten():
     touch = SelfTouchMatcher()
     partners(pair(), touch=touch)
     assert partners(pair()[:1], touch=touch) == [None]

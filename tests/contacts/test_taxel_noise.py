@@ -89,7 +89,7 @@ def test_one_noisy_taxel_does_not_hide_a_contact_of_its_neighbours():
     assert not noise.exceeded(6.0, np.r_[np.zeros(9), 2 * 5e4], taxels, areas)
 
 
-def test_one_underestimated_taxel_is_no_contact_together_with_a_quiet_one():
+def test_underestimated_taxel_and_quiet_neighbour_are_not_a_contact():
     """The degrees of freedom of the sum alone would accept a large reading next to a small one."""
     noise = TaxelNoise(np.full(2, 1.0), np.full(2, 5.0))
     areas = np.ones(2)
@@ -167,7 +167,7 @@ def test_tail_of_taxels_that_are_constant_silent_or_rarely_differ():
 
 
 @pytest.mark.parametrize("kind", ["normal", "clipped"])
-def test_taxels_of_an_ended_contact_are_no_contacts(kind):
+def test_taxels_of_an_ended_contact_are_not_contacts(kind):
     random = np.random.default_rng(3)
     map_ = bar_map(60)
     values = 10e3 * KINDS[kind][0](random, (50, 60))
@@ -207,7 +207,7 @@ def false_contacts(readings, seed, seconds):
 @pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("readings", [5, 50])
-def test_noise_over_two_decades_is_no_contact(readings):
+def test_noise_over_two_decades_is_not_a_contact(readings):
     found, looked = false_contacts(readings, seed=1, seconds=60)
     assert looked > 0
     assert found == 0

@@ -174,7 +174,7 @@ def detector(noise: float) -> ContactDetector:
 
 @pytest.mark.long
 @pytest.mark.parametrize("noise", [100.0, 500.0, 2000.0])
-def test_noise_alone_is_no_contact(noise):
+def test_noise_alone_is_not_a_contact(noise):
     random = np.random.default_rng(0)
     own = detector(noise)
     high = 0

@@ -72,7 +72,7 @@ def test_a_narrow_one_may_cross_a_gap():
     assert not lost(LONE, gaps=False).may_return(1.0 + DWELL), "the skin has no gap"
 
 
-def test_in_the_same_place_it_is_another_tap():
+def test_new_contact_at_the_same_place_is_another_tap():
     assert lost(LONE).find(LONE, 1.0 + 0.9 * DWELL) == 7, "no finger taps so fast"
     again = lost(LONE)
     assert again.find(LONE, 1.0 + 1.1 * DWELL) is None
@@ -94,7 +94,7 @@ def test_contact_comes_back_only_within_the_reach_of_a_finger(waited):
     assert lost(LONE).find(far, 1.0 + waited) is None
 
 
-def test_the_nearest_comes_back_and_only_once():
+def test_nearest_lost_contact_returns_and_only_once():
     both = lost(LONE)
     both.lose(8, around(0.2 + 4 * PITCH, 0.0), 1.0)
     back = around(0.2 + 5 * PITCH, 0.0)
@@ -103,7 +103,7 @@ def test_the_nearest_comes_back_and_only_once():
     assert both.find(back, 1.2) is None
 
 
-def test_on_another_link_it_is_another():
+def test_contact_on_another_link_is_new():
     skin = arm().skin
     graph = TaxelGraph(skin)
     body = taxel_positions(skin)
@@ -231,7 +231,7 @@ def test_a_third_part_of_two_contacts_is_new():
     assert [name.id for name in walk.frame({10, 11}, {13}, {15, 16})] == [1, 3, 2]
 
 
-def test_of_three_contacts_one_parts_first():
+def test_three_contacts_of_which_one_separates_first_keep_their_ids():
     motions = ContactMotions()
     for step in range(5):
         now = 0.01 * step

@@ -121,7 +121,7 @@ def test_finding_of_many_places_names_the_first_ones():
     ]
 
 
-def test_what_is_there_is_imported_and_what_is_not_is_named():
+def test_installed_module_is_imported_and_missing_one_is_named():
     with packages_of("export"):
         assert import_module("json")
     with (

@@ -23,6 +23,6 @@ def test_strength_without_force_is_the_highest_reading(units):
     assert units.strength_title == "Contact strength (relative)"
 
 
-def test_counts_are_no_pressure():
+def test_counts_are_not_pressure():
     assert ReadingUnits.COUNTS.title == "Reading (counts)"
     assert ReadingUnits.PRESSURE.title == "Pressure (kPa)"

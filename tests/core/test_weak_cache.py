@@ -18,7 +18,7 @@ class Made:
     """A thing that can be waited for to go."""
 
 
-def test_it_is_made_once_for_each_value_and_goes_with_it():
+def test_cached_result_is_made_once_per_value_and_deleted_with_it():
     asked = []
 
     @weak_cache

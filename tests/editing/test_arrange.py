@@ -78,7 +78,7 @@ def test_mirroring_twice_is_nothing_and_once_turns_faces_over(document):
     np.testing.assert_allclose(_middle(once, [1]), _middle(rotate(document, [1], 0.4), [1]), atol=1e-12)
 
 
-def test_scaling_is_seen_in_the_numbers_and_taken_back_to_the_last_bit(document):
+def test_scaling_changes_the_numbers_and_is_undone_exactly(document):
     large = scale(document, [2], 3.0)
     np.testing.assert_allclose(np.ptp(large.map.uv[2], axis=0), 3 * np.ptp(document.map.uv[2], axis=0))
     count = len(document.charts[2].faces)
@@ -159,7 +159,7 @@ def _near(document, gap):
     return np.array([boxes[0, 1, 0] - boxes[1, 0, 0] + gap, 1.0])
 
 
-def test_a_side_snaps_to_a_side_and_says_where(document):
+def test_side_snaps_to_a_side_and_reports_the_guide(document):
     snap = snap_move(document, [1], _near(document, 0.001), reach=0.002)
     moved = move(document, [1], snap.by)
     assert moved.map.boxes[1, 0, 0] == pytest.approx(document.map.boxes[0, 1, 0], abs=1e-12)
@@ -173,7 +173,7 @@ def test_distant_edges_do_not_snap(document):
     assert snap_move(document, [1], (3.0, 3.0), reach=0.002).by == (3.0, 3.0)
 
 
-def test_hidden_patches_and_those_that_move_along_are_not_met(document):
+def test_hidden_and_moving_patches_do_not_attract(document):
     by = _near(document, 0.0001)
     only = show_patches(document, [0, 2], visible=False)
     assert snap_move(only, [1], by, reach=0.002).by == tuple(by)

@@ -63,7 +63,7 @@ def test_documents_compare_by_who_they_are(document):
     assert document != MapDocument.of(document.map)
 
 
-def test_a_name_is_given_without_its_spaces(document):
+def test_name_is_stored_without_surrounding_spaces(document):
     named = rename_patch(document, 1, "  Upper arm ")
     assert [patch.name for patch in named.patches][1] == "Upper arm"
     assert named.skin is document.skin
@@ -76,7 +76,7 @@ def test_invalid_patch_name_is_rejected(document, name):
         rename_patch(document, 0, name)
 
 
-def test_no_two_patches_have_one_name(document):
+def test_patch_names_are_unique(document):
     with pytest.raises(MapError, match="another patch"):
         rename_patch(document, 0, document.patches[1].name)
 
@@ -94,7 +94,7 @@ def test_a_patch_moves_in_the_tree(document, number, to, order):
     assert reorder_patch(document, number, number) is document
 
 
-def test_there_is_no_place_outside_the_tree(document):
+def test_position_outside_the_list_is_rejected(document):
     for to in (-1, 3):
         with pytest.raises(MapError, match="invalid position"):
             reorder_patch(document, 0, to)

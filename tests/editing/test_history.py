@@ -52,7 +52,7 @@ def test_the_list_has_all_names_and_leads_to_each(history):
             history.go(position)
 
 
-def test_a_new_edit_forgets_what_was_undone(history):
+def test_new_edit_discards_undone_steps(history):
     documents = _done(history)
     history.go(2)
     other = rename_patch(history.present, 0, "Other")
@@ -88,7 +88,7 @@ def test_a_cancelled_gesture_never_was(history):
     assert history.redo() is documents[2], "and what could be redone still can"
 
 
-def test_a_gesture_that_changed_nothing_is_no_step(history):
+def test_gesture_without_change_is_not_a_step(history):
     history.begin("Move")
     history.end()
     assert (history.names, history.gesture) == (("Open",), "")
@@ -121,7 +121,7 @@ def test_end_and_cancel_without_gesture_do_nothing(history):
     assert history.names == ("Open",)
 
 
-def test_a_better_version_is_no_step_of_its_own(history):
+def test_better_version_replaces_its_step(history):
     documents = _done(history, 2)
     better = rename_patch(documents[2], 0, "Better")
     history.refine(better)
@@ -138,7 +138,7 @@ def test_the_oldest_steps_are_forgotten_first(document):
     assert history.go(0) is documents[7]
 
 
-def test_bytes_have_a_bound_and_are_given_back(document, reflattened):
+def test_memory_of_the_history_is_bounded_and_released(document, reflattened):
     history = History(document)
     small = history._bytes
     history.do("Move", move(document, [0], (0.1, 0.0)))

@@ -43,7 +43,7 @@ def _skin_with(skin, number, **changed):
     return Skin(tuple(patches))
 
 
-def test_a_saved_skin_is_the_same_skin_whatever_its_patches_are_called(document):
+def test_saved_skin_is_the_same_skin_under_other_patch_names(document):
     loaded = document_from_bytes(document_to_bytes(document)).skin
     assert loaded is not document.skin
     assert same_skin(document.skin, loaded)
@@ -93,7 +93,7 @@ def test_points_are_on_no_other_map_if_their_link_is_bare_there_or_the_skin_is_t
         assert points_on_other_map(points, map_, other) is None
 
 
-def test_another_surface_link_or_taxel_is_another_skin(document):
+def test_different_surface_link_or_taxel_is_a_different_skin(document):
     skin = document.skin
     patch = document.skin.patches[0]
     moved = Mesh(patch.surface.vertices + [1e-9, 0, 0], patch.surface.faces)
@@ -105,7 +105,7 @@ def test_another_surface_link_or_taxel_is_another_skin(document):
     assert not same_skin(skin, Skin(skin.patches[:2]))
 
 
-def test_everything_of_the_other_is_taken_over_but_its_skin(document, reflattened):
+def test_everything_except_the_skin_is_copied(document, reflattened):
     other = document_from_bytes(document_to_bytes(rename_patch(rotate(reflattened, [0], 1.0), 1, "Sheet")))
     taken = adopt_document(document, other)
     assert taken.skin is document.skin
@@ -116,7 +116,7 @@ def test_everything_of_the_other_is_taken_over_but_its_skin(document, reflattene
     assert adopt_document(document, document) is document
 
 
-def test_another_skin_is_not_taken_over(document):
+def test_document_of_another_skin_is_rejected(document):
     map_ = document.map
     other = replace(map_, skin=_skin_with(map_.skin, 1, link="other"))
     with pytest.raises(MapError, match="another skin"):
@@ -197,7 +197,7 @@ def test_patches_are_laid_over_their_drawing_at_true_size(document):
     assert arranged.charts == document.charts
 
 
-def test_a_part_that_is_not_drawn_stays(document):
+def test_part_that_is_not_drawn_is_unchanged(document):
     _, drawing = _drawn(document)
     first, end = document.skin.first[1:3]
     part = TaxelLayout(drawing.points[first:end], np.arange(first, end))

@@ -27,7 +27,7 @@ def autosaved(parent, document, *, path=None, scene=""):
     return claim.folder
 
 
-def test_nothing_is_found_before_there_is_a_folder(tmp_path):
+def test_nothing_is_found_without_a_folder(tmp_path):
     assert find_leftovers(tmp_path / "none") == []
 
 
@@ -44,7 +44,7 @@ def test_an_autosave_is_found_with_its_map_file_and_scene(document, tmp_path):
     found.release()
 
 
-def test_only_one_process_has_it_until_it_is_released(document, tmp_path):
+def test_leftover_is_held_by_one_process_until_released(document, tmp_path):
     autosaved(tmp_path, document)
     (found,) = find_leftovers(tmp_path)
     assert find_leftovers(tmp_path) == []

@@ -73,7 +73,7 @@ def test_a_nudged_pin_reaches_its_place_and_the_other_stays(pinned):
     _valid(new)
 
 
-def test_a_drag_shows_no_flip_and_settles_where_the_hand_left_it(pinned):
+def test_drag_shows_no_flip_and_settles_at_the_release_point(pinned):
     gripped = begin_pin_drag(pinned, 1)
     start = pin_places(pinned, 1)
     for k in range(1, 13):
@@ -91,7 +91,7 @@ def test_a_drag_shows_no_flip_and_settles_where_the_hand_left_it(pinned):
     _valid(exact)
 
 
-def test_without_pins_the_map_is_what_its_method_makes(document, pinned):
+def test_map_without_pins_is_the_map_of_its_method(document, pinned):
     moved = apply_result(pinned, reflatten(nudge_pins(pinned, {1: [0]}, (0.005, 0.0))))
     one = apply_result(moved, reflatten(remove_pins(moved, 1, [0])))
     assert [pin.at for pin in one.patches[1].pins] == [SECOND]

@@ -348,7 +348,7 @@ def act(patch, chart, what, *how):
 @pytest.mark.long
 @examples(150, derandomize=True)
 @given(st.integers(0, len(SURFACES) - 1), st.booleans(), st.sampled_from([0.0, 0.6, 1.0]), st.lists(acts, max_size=14))
-def test_no_hand_makes_a_flip(which, by_proxy, lengths, done):
+def test_random_drags_make_no_flip(which, by_proxy, lengths, done):
     surface = SURFACES[which]
     chart = CHARTS[which]
     patch = PinnedPatch(surface, chart, lengths=lengths, whole=100 if by_proxy else 10**6)
@@ -365,7 +365,7 @@ def test_no_hand_makes_a_flip(which, by_proxy, lengths, done):
 
 @examples(12, derandomize=True)
 @given(st.integers(0, len(SURFACES) - 1), st.lists(acts, min_size=2, max_size=8))
-def test_any_hand_leaves_a_map_that_settles_one_to_one_or_stays(which, done):
+def test_random_drags_settle_one_to_one_or_leave_the_map_unchanged(which, done):
     surface = SURFACES[which]
     chart = CHARTS[which]
     patch = PinnedPatch(surface, chart)

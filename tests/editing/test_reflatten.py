@@ -28,14 +28,14 @@ from tactile_maps.maps.build import flatten_patch
 from tactile_maps.maps.model.layout import Placement
 
 
-def test_only_the_edited_patch_is_laid_flat_anew(document, reflattened):
+def test_only_the_edited_patch_is_flattened_again(document, reflattened):
     shared = [a is b for a, b in zip(reflattened.charts, document.charts, strict=True)]
     assert shared == [True, False, True]
     assert reflattened.charts[1].method == reflattened.patches[1].method == "tutte"
     assert reflattened.layout.placements[::2] == document.layout.placements[::2]
 
 
-def test_a_chart_is_what_its_edit_says_whatever_came_before(document, reflattened):
+def test_chart_depends_only_on_its_edit(document, reflattened):
     back = apply_result(reflattened, reflatten(set_method(reflattened, [1], "symmetric-dirichlet")))
     np.testing.assert_array_equal(back.charts[1].plane, document.charts[1].plane)
     assert chart_fingerprint(back, 1) == chart_fingerprint(document, 1)
@@ -79,7 +79,7 @@ def test_result_for_changed_patch_is_rejected(document, reflattened):
         apply_result(MapDocument.of(apply_result(document, late).map), late)
 
 
-def test_what_does_not_touch_the_chart_makes_no_result_stale(document):
+def test_edit_that_does_not_concern_the_chart_keeps_results_valid(document):
     result = reflatten(set_method(document, [1], "tutte"))
     meanwhile = show_patches(
         rename_patch(move(rotate(document, [0, 1], 0.2), [1], (0.1, 0.0)), 1, "Palm"), [1], visible=False
@@ -122,7 +122,7 @@ def test_the_slider_has_two_ends(document, lengths):
         set_lengths(document, [0], lengths)
 
 
-def test_a_method_without_slider_refuses_it_and_takes_it_back(document, reflattened):
+def test_method_without_slider_rejects_and_resets_it(document, reflattened):
     with pytest.raises(MapError, match="no slider"):
         set_lengths(reflattened, [1], 0.5)
     slid = apply_result(document, reflatten(set_lengths(document, [0], 0.5)))

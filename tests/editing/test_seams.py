@@ -146,7 +146,7 @@ def test_invalid_area_of_interest_is_rejected(document):
     assert paint_interest(document, 1, []).jobs == ()
 
 
-def test_a_plan_of_a_person_is_what_proposals_count_from(document):
+def test_proposals_start_from_the_plan_of_the_user(document):
     planned = document.with_patch(1, replace(document.patches[1], seams=replace(document.patches[1].seams, extra=2)))
     assert extra_seams(planned, 1) == 2
     assert propose_seam(planned, 1).jobs[0].edit.seams.extra == 3

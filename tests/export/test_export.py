@@ -32,7 +32,7 @@ def test_a_cancelled_export_leaves_nothing(player, tmp_path, to):
 
 
 @pytest.mark.parametrize("to", HERE)
-def test_an_existing_file_or_folder_stays(player, tmp_path, to):
+def test_existing_file_or_folder_is_kept(player, tmp_path, to):
     target = tmp_path / "out"
     target.write_text("precious")
     with pytest.raises(ExportError, match="already exists"):
@@ -46,7 +46,7 @@ def test_an_existing_file_or_folder_stays(player, tmp_path, to):
 
 
 @pytest.mark.long
-def test_a_file_is_replaced_when_asked(player, tmp_path):
+def test_file_is_replaced_on_request(player, tmp_path):
     target = tmp_path / "out.npz"
     target.write_text("old")
     export_recording(player, target, to="npz", overwrite=True)
@@ -74,7 +74,7 @@ def test_the_command_line_offers_all_formats():
         ("rerun", "rerun", "rerun-sdk>="),
     ],
 )
-def test_a_missing_package_says_how_to_install_it(player, tmp_path, monkeypatch, to, module, package):
+def test_missing_package_error_says_how_to_install_it(player, tmp_path, monkeypatch, to, module, package):
     monkeypatch.setitem(sys.modules, module, None)
     with pytest.raises(ExportError, match=rf"{sys.executable} -m pip install .*'{package}"):
         export_recording(player, tmp_path / "out", to=to)

@@ -20,7 +20,7 @@ def pictures(player, tmp_path_factory):
         return [frame.to_ndarray(format="rgb24") for frame in container.decode(video=0)]
 
 
-def test_it_has_a_picture_for_each_instant(pictures, player):
+def test_film_has_a_frame_for_each_time(pictures, player):
     assert len(pictures) == int(player.duration * 20.0 + 1e-9) + 1
 
 
@@ -46,7 +46,7 @@ def test_pictures_are_at_equal_steps_and_show_the_contacts_of_their_times(player
     assert not any(np.array(marked)[free])
 
 
-def test_pictures_are_those_drawn(pictures, player, frames):
+def test_frames_are_the_drawn_pictures(pictures, player, frames):
     """Up to what H.264 loses; the scale is the next round number above the highest pressure shown."""
     shown = [player.frame(player.number_at(k / 20.0)) for k in range(len(pictures))]
     highest = 1e-3 * max(frame.pressures.max() for frame in shown)

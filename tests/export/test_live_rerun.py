@@ -23,12 +23,12 @@ BAD = (
 
 
 @pytest.mark.parametrize("address", BAD)
-def test_what_is_no_viewers_address_is_refused(address):
+def test_invalid_viewer_address_is_rejected(address):
     with pytest.raises(ExportError, match="invalid address of a Rerun viewer"):
         LiveRerun(prepared_bar(), address=address)
 
 
-def test_without_the_package_the_extra_is_named():
+def test_missing_package_error_names_the_extra():
     try:
         import rerun  # noqa: F401
     except ImportError:
@@ -51,7 +51,7 @@ def viewer():
     stream.disconnect()
 
 
-def test_no_viewer_is_said():
+def test_missing_viewer_is_reported():
     pytest.importorskip("rerun", reason="rerun-sdk is not installed (extra rerun)")
     with pytest.raises(ExportError, match="no Rerun viewer listens"):
         LiveRerun(prepared_bar(), address="rerun+http://127.0.0.1:1/proxy")

@@ -125,11 +125,11 @@ def test_viewer_receives_every_topic_also_those_published_once(server, viewer):
         assert next(one for one in viewer.topics.values() if one["topic"] == topic)["schemaName"] == schemas[topic].name
 
 
-def test_it_listens_on_this_computer_alone(server):
+def test_server_listens_on_this_computer_only(server):
     assert server.address.startswith(f"ws://{LOOPBACK}:")
 
 
-def test_a_taken_port_is_named_with_a_remedy(server):
+def test_port_in_use_is_reported_with_a_remedy(server):
     port = int(server.address.rpartition(":")[2])
     with pytest.raises(ExportError, match=r"cannot start.*Choose another port"):
         LiveServer(small_arm(), port=port)

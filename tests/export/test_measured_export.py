@@ -79,7 +79,7 @@ def test_csv_tells_counts_and_when_they_were_sent(player, tmp_path):
     assert {row["force_N"] for row in _rows(folder, "events")} == {"nan"}
 
 
-def test_where_it_was_calibrated_meanwhile_both_units_have_columns(changed, tmp_path):
+def test_calibration_during_a_recording_gives_columns_of_both_units(changed, tmp_path):
     arrays = np.load(exported(changed, tmp_path / "out.npz", "npz"))
     known = np.isfinite(arrays["pressures.pressure_Pa"]).all(axis=1)
     assert known.tolist() == [False] * 5 + [True] * 3

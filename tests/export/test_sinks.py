@@ -167,7 +167,7 @@ def test_a_whole_recording_has_one_episode_and_no_damage(tables, player):
 
 @pytest.mark.long
 @pytest.mark.parametrize("to", READERS)
-def test_a_damaged_one_says_so_and_is_split_where_frames_are_missing(damaged, tmp_path, to):
+def test_damaged_recording_is_marked_and_split_at_missing_frames(damaged, tmp_path, to):
     player = export_recording(damaged, tmp_path / "out", to=to, options=ExportOptions(image_width=0))
     assert player.damage
     tables = READERS[to](tmp_path / "out")

@@ -30,7 +30,7 @@ def test_amplified_files_are_read_or_refused_by_name(first, call_all):
 
 
 @pytest.mark.long
-def test_a_number_gives_the_same_file_again():
+def test_seed_gives_the_same_file_again():
     for name in ("map", "mjcf", "recording", "mesh.glb"):
         assert amplified_files.amplified(name, 7) == amplified_files.amplified(name, 7)
         assert amplified_files.amplified(name, 7) != amplified_files.amplified(name, 8)

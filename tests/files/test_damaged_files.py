@@ -39,7 +39,7 @@ def test_the_files_are_valid_before_they_are_damaged(tmp_path):
 
 
 @pytest.mark.long
-def test_a_number_gives_the_same_file_again():
+def test_seed_gives_the_same_file_again():
     for name in ("map", "mjcf", "recording"):
         assert damaged_files.damaged(name, 7) == damaged_files.damaged(name, 7)
         assert damaged_files.damaged(name, 7) != damaged_files.damaged(name, 8)

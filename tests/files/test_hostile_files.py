@@ -209,7 +209,7 @@ def test_plug_ins_of_a_model_are_left_out_with_a_finding(tmp_path):
     assert [finding.where for finding in robot.findings if finding.kind == "plug-in"] == ["evil.a, evil.b"]
 
 
-def test_nothing_unpickles_or_evaluates():
+def test_no_code_unpickles_or_evaluates():
     """Neither recordings nor maps can run code: nothing in the program that reads files calls what could."""
     never = re.compile(
         r"\bpickle\.loads?\b|allow_pickle=True|(?<![.\w])(?:eval|exec)\(|yaml\.load|marshal\.|shelve\.|os\.system"

@@ -120,7 +120,7 @@ def test_a_border_that_meets_itself_costs_infinitely_much(bent):
 
 
 @pytest.mark.long
-def test_every_round_of_a_descent_stays_off_itself():
+def test_every_step_of_a_descent_has_no_overlap():
     surface = named("spiral")
     positions = (surface.vertices - surface.vertices.mean(axis=0)) / np.sqrt(surface.area)
     problem = SymmetricDirichlet(Mesh(positions, surface.faces))

@@ -35,7 +35,7 @@ def test_a_chart_tells_its_rounds():
     assert np.diff(chart.energies).max() <= 1e-12  # but for rounding, never up
 
 
-def test_what_is_computed_from_a_chart_does_not_travel_with_it():
+def test_cached_values_of_a_chart_are_not_pickled():
     chart = flatten(sheet())
     assert chart.locator.query(chart.plane[:1])[0] >= 0
     assert len(chart.border) == len(set(chart.border.tolist())) == 40

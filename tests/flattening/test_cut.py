@@ -126,7 +126,7 @@ def _moebius():
         (_moebius(), "oriented inconsistently"),
     ],
 )
-def test_what_cannot_be_cut_is_named(surface, says):
+def test_surface_that_cannot_be_cut_is_rejected_by_name(surface, says):
     with pytest.raises(MapError, match=says):
         cut_to_disk(surface)
 

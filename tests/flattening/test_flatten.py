@@ -137,7 +137,7 @@ def assert_one_to_one(chart):
 
 
 @pytest.mark.long
-def test_a_body_with_many_long_limbs_takes_a_seam_into_each():
+def test_body_with_many_long_limbs_gets_a_seam_into_each():
     chart = flatten(limbs(3, 25))
     assert_one_to_one(chart)
     assert chart.energies[-1] < 4.3
@@ -171,7 +171,7 @@ def test_a_surface_without_any_first_map_is_rejected_with_the_seams_that_were_tr
         flatten(cap(1.0))
 
 
-def test_where_no_seam_opens_the_surface_the_best_map_is_tried(monkeypatch):
+def test_best_map_is_tried_if_no_seam_opens_the_surface(monkeypatch):
     monkeypatch.setattr("tactile_maps.flattening.flatten.EASY_ENERGY", 4.0)
     assert_one_to_one(flatten(cap(1.0)))
     monkeypatch.setattr("tactile_maps.flattening.flatten.HARDEST_ENERGY", 4.0)
@@ -206,7 +206,7 @@ def test_the_edges_of_the_surface_and_of_its_cut_are_worked_out_once(sorted_face
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", ["hemisphere", "spiral"])
 @pytest.mark.parametrize("short_of", ["rounds", "factorisations"])
-def test_a_descent_cut_short_is_still_one_to_one_and_says_where_it_stopped(name, short_of, monkeypatch):
+def test_shortened_descent_is_one_to_one_and_reports_where_it_stopped(name, short_of, monkeypatch):
     surface = named(name)
     if short_of == "rounds":
         monkeypatch.setattr("tactile_maps.flattening.flatten.MOST_FACE_ROUNDS", 0)

@@ -67,7 +67,7 @@ def test_any_mesh_gets_a_map_that_is_one_to_one_and_exact(name: str, child: Chil
 
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", GROUPS["shells"])
-def test_so_does_its_outer_surface_alone(name: str, child: Child) -> None:
+def test_outer_surface_alone_is_mapped(name: str, child: Child) -> None:
     child.call(check_named, name, "outer", seconds=SECONDS)
 
 
@@ -113,7 +113,7 @@ def test_empty_files_and_files_of_garbage_are_rejected_by_name(child: Child, tmp
         assert "Traceback" not in answer
 
 
-def test_one_taxel_is_enough() -> None:
+def test_mesh_with_one_taxel_is_mapped() -> None:
     check_map(build_map(check_skin(skin_of_mesh(hard_mesh("cube"), PlacementSpec(taxels=1)), 1)))
 
 

@@ -67,7 +67,7 @@ def test_values_too_far_apart_are_a_named_error():
         list(minimise(Singular(flat), 3 * flat.vertices[:, :2]))
 
 
-def test_no_round_has_a_flip(posed):
+def test_no_step_has_a_flip(posed):
     problem, plane = posed
     assert not any(flipped(r.plane, problem.faces).any() for r in minimise(problem, plane * [0.1, 1.0]))
 

@@ -92,7 +92,7 @@ def test_pinned_energy_without_pins_equals_the_energy(pinned):
 PLANE = np.random.default_rng(0).uniform(-0.5, 0.5, (200, 2))
 
 
-def test_each_pin_makes_its_own_move():
+def test_pins_move_independently():
     places = PLANE[[3, 50, 120]]
     moves = np.array([[0.1, 0.0], [0.0, -0.2], [0.0, 0.0]])
     np.testing.assert_allclose(shepard_warp(PLANE, places, moves)[[3, 50, 120]], moves, atol=1e-9)
@@ -159,7 +159,7 @@ def test_every_round_lowers_the_energy_without_flips(rest, far):
     assert before < energy.energy(rest[1])
 
 
-def test_it_ends_where_newtons_minimiser_does(rest):
+def test_descent_ends_at_the_minimum_of_newtons_method(rest):
     energy = target(rest, (0.2, 0.1), (0.0, 0.0), (0.0, 0.0))
     descent = PinDescent(rest[1])
     *_, best = minimise(energy, rest[1], tolerance=1e-10)
@@ -191,7 +191,7 @@ def test_a_map_at_rest_is_carried_without_a_shorter_reach(rest, slant):
     assert np.abs(energy.places(descent.plane) - energy.goals).max() < 1e-3
 
 
-def test_one_factorisation_serves_several_rounds(rest):
+def test_factorisation_is_reused_for_several_steps(rest):
     asked = []
 
     class Counted(SymmetricDirichlet):

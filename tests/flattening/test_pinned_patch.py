@@ -37,13 +37,13 @@ def held(chart, plane):
     return corners, weights, np.einsum("pc,pcd->pd", weights, plane[corners])
 
 
-def test_without_pins_it_is_still(follower):
+def test_patch_without_pins_does_not_move(follower):
     moving, _, plane = follower
     assert moving.still
     np.testing.assert_allclose(moving.plane, plane, atol=1e-12)
 
 
-def test_it_follows_and_comes_to_rest(follower):
+def test_patch_follows_its_pins_and_comes_to_rest(follower):
     moving, chart, plane = follower
     corners, weights, places = held(chart, plane)
     moving.pin(corners, weights, places)
@@ -179,7 +179,7 @@ def test_pins_behind_their_targets_are_reported_once():
     assert "mm from its target" in settled.findings[-1].action
 
 
-def test_a_settled_map_at_rest_stays():
+def test_settled_map_does_not_move():
     surface, chart = waves()
     patch, numbers, places = pinned(surface, chart)
     patch.move(numbers[0], places[0] + 0.005)
@@ -188,7 +188,7 @@ def test_a_settled_map_at_rest_stays():
     assert np.abs(again.plane - first.plane).max() < 1e-4 * np.sqrt(surface.area)
 
 
-def test_lengths_and_angles_have_their_own_rest():
+def test_rest_depends_on_the_weight_of_lengths():
     surface, chart = dome()
     ends = {}
     for lengths in (0.0, 1.0):
@@ -234,7 +234,7 @@ def line(start, end, count=20):
     return start + np.linspace(0, 1, count)[:, None] * (np.asarray(end) - start)
 
 
-def test_a_pin_goes_in_where_it_is_and_nothing_moves():
+def test_adding_a_pin_moves_nothing():
     surface, chart = waves()
     patch, numbers, places = pinned(surface, chart)
     assert list(patch.pins) == numbers == [0, 1, 2, 3, 4]
@@ -284,7 +284,7 @@ def test_energy_returns_with_the_pin():
     assert np.abs(patch.plane - plane).max() < 1e-3 * np.sqrt(surface.area)
 
 
-def test_a_pin_taken_out_lets_go():
+def test_removed_pin_releases_the_map():
     surface, chart = dome()
     patch, numbers, places = pinned(surface, chart)
     dragged(patch, numbers[0], line(places[0], places[0] + 0.01))
@@ -297,7 +297,7 @@ def test_a_pin_taken_out_lets_go():
     assert patch.add(at(chart, far_points(chart.plane, 1)[0])) == 5, "a number is never used again"
 
 
-def test_one_pin_moves_all_of_the_map():
+def test_single_pin_moves_the_whole_map():
     surface, chart = dome()
     patch, (number,), places = pinned(surface, chart, 1)
     dragged(patch, number, line(places[0], places[0] + 0.05))
@@ -307,7 +307,7 @@ def test_one_pin_moves_all_of_the_map():
     np.testing.assert_allclose(patch.plane.mean(axis=0), chart.plane.mean(axis=0) + 0.05, atol=0.01)
 
 
-def test_without_pins_frames_are_free():
+def test_frames_without_pins_minimise_the_energy():
     surface, chart = dome()
     patch = PinnedPatch(surface, chart)
     assert patch.lag == 0.0
@@ -316,7 +316,7 @@ def test_without_pins_frames_are_free():
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_any_methods_map_can_be_taken_in_hand(method):
+def test_map_of_any_method_can_be_dragged(method):
     surface, _ = dome()
     chart = flatten(surface, method=method)
     patch, numbers, places = pinned(surface, chart)
@@ -327,7 +327,7 @@ def test_any_methods_map_can_be_taken_in_hand(method):
 
 
 @pytest.mark.parametrize("lengths", [0.0, 0.5, 1.0])
-def test_at_any_place_of_the_slider(lengths):
+def test_patch_follows_at_any_weight_of_lengths(lengths):
     surface, chart = dome()
     patch, numbers, places = pinned(surface, chart, lengths=lengths)
     dragged(patch, numbers[0], line(places[0], places[0] + 0.01))
@@ -405,7 +405,7 @@ class TestRejectedInput:
         with pytest.raises(MapError, match="slider"):
             PinnedPatch(*dome(), lengths=1.5)
 
-    def test_another_surfaces_chart(self):
+    def test_chart_of_another_surface_is_rejected(self):
         with pytest.raises(MapError, match="another surface"):
             PinnedPatch(dome()[0], waves()[1])
 
@@ -415,7 +415,7 @@ class TestRejectedInput:
             PinnedPatch(surface, chart, plane=chart.plane * [-1, 1])
 
 
-def test_pins_and_plane_of_before_can_be_given():
+def test_earlier_pins_and_plane_can_be_restored():
     surface, chart = dome()
     patch, numbers, places = pinned(surface, chart)
     dragged(patch, numbers[0], line(places[0], places[0] + 0.01))

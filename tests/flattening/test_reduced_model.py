@@ -128,7 +128,7 @@ def test_cage_is_a_coarse_disk_without_flips(made):
     assert not flipped(cage.plane, cage.surface.faces).any()
 
 
-def test_it_carries_its_own_map_exactly_and_any_affine_one(made):
+def test_reduced_model_reproduces_its_map_and_affine_maps_exactly(made):
     _, chart, cage = made
     size = np.abs(chart.plane).max()
     np.testing.assert_allclose(cage.carried @ cage.plane, chart.plane, atol=1e-12 * size)

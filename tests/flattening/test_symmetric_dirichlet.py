@@ -98,7 +98,7 @@ def full(upper):
     return dense + np.triu(dense, 1).T
 
 
-def test_an_isometry_costs_four_and_a_stretch_what_the_formula_says():
+def test_energy_is_four_for_an_isometry_and_follows_the_formula_for_stretch():
     flat = sheet(width=1.2, height=0.8)
     problem = SymmetricDirichlet(flat)
     turn = np.array([[np.cos(0.7), -np.sin(0.7)], [np.sin(0.7), np.cos(0.7)]])

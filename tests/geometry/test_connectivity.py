@@ -104,7 +104,7 @@ def test_faces_at_a_vertex() -> None:
     assert connectivity.faces_touching(SQUARE, np.array([1]), 4).tolist() == [True, False]
 
 
-def test_averaging_takes_the_mean_of_neighbours_and_leaves_loners_at_zero() -> None:
+def test_averaging_gives_the_mean_of_neighbours_and_zero_without_any() -> None:
     mean = connectivity.averaging_matrix(np.array([[0, 1], [0, 2]]), 4) @ np.array([1.0, 2.0, 4.0, 8.0])
     assert mean.tolist() == [3.0, 1.0, 1.0, 0.0]
 
@@ -142,14 +142,14 @@ def test_a_one_sided_surface_keeps_a_few_clashes_and_counts_them(name: str) -> N
     assert 0 < left == result.clashes < 0.3 * np.sqrt(3 * len(mesh.faces)) + 40
 
 
-def test_as_little_area_as_possible_turns() -> None:
+def test_smallest_area_is_turned() -> None:
     ball = sphere()
     few = np.arange(len(ball.faces)) < 100
     assert np.array_equal(oriented(Mesh(ball.vertices, flip_faces(ball.faces, few))).turned, few)
     assert np.array_equal(oriented(Mesh(ball.vertices, flip_faces(ball.faces, ~few))).turned, few)
 
 
-def test_each_piece_is_decided_by_itself_and_labelled() -> None:
+def test_each_component_is_oriented_independently_and_labelled() -> None:
     mesh = HARD_MESHES["two components"]
     few = np.zeros(len(mesh.faces), dtype=bool)
     few[[3, 2000]] = True
@@ -169,7 +169,7 @@ def test_an_edge_with_three_faces_pairs_the_two_of_one_piece() -> None:
 
 
 @pytest.mark.parametrize("angle", [1.0, 2.0, 3.0])
-def test_a_cap_looks_away_from_its_middle_only_when_the_file_is_not_clear(angle: float) -> None:
+def test_cap_faces_away_from_its_centre_only_if_the_file_is_ambiguous(angle: float) -> None:
     mesh = cap(angle)
     inverted = Mesh(mesh.vertices, mesh.faces[:, ::-1])
     component = np.zeros(len(mesh.faces), dtype=int)
@@ -179,7 +179,7 @@ def test_a_cap_looks_away_from_its_middle_only_when_the_file_is_not_clear(angle:
     assert not inside_out(inverted, component, opened, np.array([1.0])).any()
 
 
-def test_a_closed_piece_looks_outward_whatever_the_file_said() -> None:
+def test_closed_component_faces_outward_for_any_orientation_of_the_file() -> None:
     ball = sphere()
     component = np.zeros(len(ball.faces), dtype=int)
     closed = np.array([True])

@@ -18,7 +18,7 @@ from tactile_maps.geometry.surface.mesh import Mesh
 from tests.support.surfaces import cap, frustum, named, sheet
 
 
-def test_on_a_flat_sheet_it_is_the_straight_line():
+def test_distance_on_a_flat_sheet_is_the_straight_line():
     surface = sheet()
     everywhere = np.arange(len(surface.vertices))
     expected = np.linalg.norm(surface.vertices - surface.vertices[17], axis=1)
@@ -119,7 +119,7 @@ def test_the_nearest_of_several_sources():
     assert distances_from(LADDER, sources).tolist() == [1, 2, 1, 0, 0, np.inf, np.inf]
 
 
-def test_all_ways_at_once_and_some():
+def test_all_distances_and_a_subset_agree():
     every = all_path_lengths(LADDER)
     np.testing.assert_array_equal(every, every.T)
     np.testing.assert_array_equal(all_path_lengths(LADDER, np.array([4, 0])), every[[4, 0]][:, [4, 0]])

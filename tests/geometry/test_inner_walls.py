@@ -94,6 +94,6 @@ def test_only_shells_of_the_catalogue_have_inner_walls(name: str) -> None:
     assert found(repair_mesh(hard_mesh(name)).mesh).any() == (name in WALLED)
 
 
-def test_nothing_is_found_where_nothing_is_chosen() -> None:
+def test_no_inner_walls_are_found_without_chosen_components() -> None:
     mesh = bowl()
     assert not inner_walls(mesh, np.zeros(len(mesh.faces), dtype=bool)).any()

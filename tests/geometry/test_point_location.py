@@ -103,7 +103,7 @@ def test_rounding_off_the_rim_loses_no_point(triangles):
     assert (face >= 0).all()
 
 
-def test_it_agrees_with_trying_every_triangle(triangles):
+def test_location_agrees_with_testing_every_triangle(triangles):
     points = np.random.default_rng(1).uniform(triangles.min() - 0.02, triangles.max() + 0.02, (300, 2))
     a = triangles[:, 0]
     b = triangles[:, 1]

@@ -32,14 +32,14 @@ def test_the_front_face_is_hit_not_the_back() -> None:
     assert CUBE.face_normals[hit.face] == pytest.approx([0, 0, 1])
 
 
-def test_from_inside_the_back_of_a_face_is_hit() -> None:
+def test_ray_from_inside_hits_the_back_of_a_face() -> None:
     hit = RayCaster(CUBE).first_hit(np.zeros(3), DOWN)
     assert hit is not None
     assert hit.distance == pytest.approx(0.05)
 
 
 @pytest.mark.parametrize(("origin", "direction"), [((1, 0, 1), (0, 0, -1)), ((0, 0, 1), (0, 0, 1))])
-def test_a_miss_is_none(origin: tuple[float, ...], direction: tuple[float, ...]) -> None:
+def test_ray_that_misses_returns_none(origin: tuple[float, ...], direction: tuple[float, ...]) -> None:
     assert RayCaster(CUBE).first_hit(np.array(origin), np.array(direction)) is None
 
 
@@ -127,7 +127,7 @@ def test_points_in_faces_as_large_as_the_mesh_see_the_outside() -> None:
     assert seen_from_outside(cube, points, np.repeat(cube.face_normals, 20, axis=0)).all()
 
 
-def test_it_does_not_matter_how_the_file_turned_its_faces() -> None:
+def test_orientation_of_the_faces_does_not_matter() -> None:
     mesh = HARD_MESHES["overlapping parts"]
     rng = np.random.default_rng(0)
     turned = np.where(rng.random(len(mesh.faces))[:, None] < 0.5, mesh.faces[:, ::-1], mesh.faces)

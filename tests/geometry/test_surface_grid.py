@@ -55,7 +55,7 @@ def test_a_walk_along_a_great_circle_keeps_its_direction():
     assert abs(end.points[0, 1]) < 2e-4
 
 
-def test_there_and_back_is_where_it_began():
+def test_round_trip_returns_to_the_start():
     walks, start = walkers(CYLINDER, np.stack([on_cylinder(0.4, 0.05 + 0.01 * k) for k in range(5)]), np.ones((5, 3)))
     there = walks.go(start, np.linspace(0.0, 0.08, 5))
     back = walks.go(walks.turned(there, np.full(5, np.pi)), np.linspace(0.0, 0.08, 5))

@@ -13,7 +13,7 @@ from tests.support.touch import arm
 @pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("patch", [0, 1, 2])
-def test_it_arrives_where_a_search_arrives_or_says_that_it_does_not(patch):
+def test_walk_agrees_with_a_search_or_reports_failure(patch):
     map_ = arm().map
     random = np.random.default_rng(patch)
     faces = map_.charts[patch].faces
@@ -39,14 +39,14 @@ def test_it_arrives_where_a_search_arrives_or_says_that_it_does_not(patch):
 SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 
 
-def test_it_crosses_a_shared_side():
+def test_walk_crosses_a_shared_edge():
     walk = TriangleWalk(np.array([[0, 1, 2], [0, 2, 3]]))
     face, weights = walk.find(SQUARE, (0.2, 0.8), 0)
     assert face == 1
     assert weights @ SQUARE[[0, 2, 3]] == pytest.approx([0.2, 0.8])
 
 
-def test_it_ends_at_the_border():
+def test_walk_ends_at_the_border():
     walk = TriangleWalk(np.array([[0, 1, 2], [0, 2, 3]]))
     assert walk.find(SQUARE, (2.0, 0.5), 1) is None
 
@@ -57,6 +57,6 @@ def test_a_corner_is_in_a_triangle():
         assert walk.find(SQUARE, tuple(corner), 0) is not None
 
 
-def test_a_triangle_without_area_is_no_way():
+def test_degenerate_triangle_is_not_crossed():
     walk = TriangleWalk(np.array([[0, 1, 1]]))
     assert walk.find(SQUARE, (0.5, 0.0), 0) is None

@@ -10,14 +10,14 @@ from tactile_maps.learning.tasks import FollowEnvironment, RetreatEnvironment
 
 @pytest.mark.long
 @pytest.mark.parametrize("action", [np.zeros(3), np.full(7, np.nan), np.full(7, 1.1)])
-def test_an_action_that_is_none_is_refused(action):
+def test_invalid_action_is_rejected(action):
     environment = FollowEnvironment(taxels=60)
     environment.reset(seed=1)
     with pytest.raises(LearningError, match="Give 7 numbers from -1 to 1"):
         environment.step(action)
 
 
-def test_before_a_reset_there_is_nothing_to_step():
+def test_step_before_reset_is_rejected():
     with pytest.raises(LearningError, match="Call reset"):
         FollowEnvironment(taxels=60).step(np.zeros(7))
 

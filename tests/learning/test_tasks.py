@@ -70,7 +70,7 @@ def test_a_contact_that_is_led_along_the_path_earns_more_than_one_that_stays():
     assert totals[0] > totals[1] + 20
 
 
-def test_who_holds_still_is_pressed_and_pays():
+def test_arm_that_does_not_yield_is_penalised():
     environment = made("Retreat")
     seen, _ = environment.reset(seed=2)
     rewards = []

@@ -23,7 +23,7 @@ def taken(numbers, *, step=0.001, tracker=None):
     return [item.reading.sequence for item in out], tracker
 
 
-def test_in_order_they_pass_at_once():
+def test_readings_in_order_pass_at_once():
     tracker = ArrivalTracker()
     for number in range(5):
         assert [item.reading.sequence for item in tracker.take(reading(number), 0.01 * number)] == [number]
@@ -31,13 +31,13 @@ def test_in_order_they_pass_at_once():
     assert tracker.rate(0.04) == 100.0
 
 
-def test_what_overtook_waits_for_its_turn():
+def test_reading_that_overtook_waits_for_its_turn():
     numbers, tracker = taken([0, 2, 3, 1, 4])
     assert numbers == [0, 1, 2, 3, 4]
     assert tracker.counts == ArrivalCounts(received=5, reordered=1)
 
 
-def test_a_gap_is_lost_when_patience_ends_and_late_when_it_comes_after_all():
+def test_missing_reading_is_lost_after_the_patience_and_late_if_it_arrives():
     tracker = ArrivalTracker(patience=0.02)
     tracker.take(reading(0), 0.0)
     assert tracker.take(reading(2), 0.01) == []
@@ -49,13 +49,13 @@ def test_a_gap_is_lost_when_patience_ends_and_late_when_it_comes_after_all():
     assert tracker.counts.loss == 1 / 3
 
 
-def test_what_comes_twice_is_dropped_once():
+def test_repeated_reading_is_dropped():
     numbers, tracker = taken([0, 1, 1, 3, 3, 2])
     assert numbers == [0, 1, 2, 3]
     assert tracker.counts == ArrivalCounts(received=6, duplicated=2, reordered=1)
 
 
-def test_numbers_go_round():
+def test_sequence_numbers_wrap_around():
     numbers, tracker = taken([2**32 - 2, 2**32 - 1, 2**32, 2**32 + 1])
     assert numbers == [2**32 - 2, 2**32 - 1, 0, 1]
     assert tracker.counts == ArrivalCounts(received=4)
@@ -69,7 +69,7 @@ def test_a_sender_that_starts_again_is_followed():
     assert tracker.counts == ArrivalCounts(received=200, restarts=1)
 
 
-def test_one_whose_clock_starts_again_too_is_followed_after_three():
+def test_restart_of_numbers_and_clock_is_accepted_after_three_packets():
     tracker = ArrivalTracker()
     for number in range(10_000, 15_000):
         tracker.take(reading(number), 0.01 * number)
@@ -97,7 +97,7 @@ def test_board_that_repeats_lost_numbers_is_followed_after_five_packets():
     assert out == [0] * 4 + [1] * 6
 
 
-def test_one_packet_that_is_replayed_many_times_is_no_restart():
+def test_packet_replayed_many_times_is_not_a_restart():
     tracker = ArrivalTracker()
     for number in range(100):
         tracker.take(reading(number), 0.01 * number)
@@ -145,7 +145,7 @@ def _received(tracker, packets, start):
 
 @pytest.mark.long
 @given(_sent(40, 0, 0.0))
-def test_loss_repeats_and_reordering_are_no_restart(packets):
+def test_loss_repeats_and_reordering_are_not_a_restart(packets):
     tracker = ArrivalTracker(patience=0.15)
     out = [item.reading.sequence for items in _received(tracker, packets, 0.0) for item in items]
     out += [item.reading.sequence for item in tracker.flush()]
@@ -234,7 +234,7 @@ def test_nothing_that_arrived_is_lost_and_every_packet_is_counted(order, dropped
         Reading(-1e9, [1.0], sequence=2**31),
     ],
 )
-def test_a_single_packet_with_a_wild_number_or_time_is_no_restart(wild):
+def test_single_packet_with_an_outlying_number_or_time_is_not_a_restart(wild):
     tracker = ArrivalTracker()
     numbers = [number for number in range(100) if number != wild.sequence or number != 50]
     packets = [reading(number) for number in numbers]
@@ -244,7 +244,7 @@ def test_a_single_packet_with_a_wild_number_or_time_is_no_restart(wild):
     assert (tracker.counts.restarts, tracker.counts.lost, tracker.counts.late) == (0, 0, 0)
 
 
-def test_unrelated_wild_packets_in_a_row_are_no_restart():
+def test_unrelated_outliers_in_a_row_are_not_a_restart():
     tracker = ArrivalTracker()
     packets = [reading(number) for number in range(100)]
     packets[50:50] = [Reading(0.5, [1.0], sequence=number) for number in (2**31, 3 * 2**30, 10**9)]
@@ -254,7 +254,7 @@ def test_unrelated_wild_packets_in_a_row_are_no_restart():
 
 
 @pytest.mark.parametrize("order", [(0, 1, 2, 3), (1, 0, 2, 3), (0, 0, 1, 1, 2, 3), (0, 2, 1, 3)])
-def test_restart_of_the_numbers_counts_once_and_hands_on_each_reading_once(order):
+def test_restart_counts_once_and_passes_each_reading_once(order):
     tracker = ArrivalTracker()
     for number in range(1000):
         tracker.take(reading(number), 0.01 * number)

@@ -288,7 +288,7 @@ def test_packets_that_are_being_received_while_sending_ends_are_taken_in_order()
     assert (counts.received, counts.late, counts.restarts) == (4, 0, 0)
 
 
-def test_superseded_packets_that_are_no_readings_are_not_received():
+def test_superseded_packets_without_readings_are_not_counted_as_received():
     source = Packets(b"0", b"bad", b"bad", b"1", b"2")
     connection = Connection(source, clock=Clock())
     connection.open()
@@ -310,7 +310,7 @@ def test_dropped_readings_are_counted():
     assert connection.status.counts.overflowed == 2
 
 
-def test_of_a_source_without_packets_the_newest_readings_are_taken_too():
+def test_newest_readings_of_a_source_without_packets_are_taken_too():
     connection = Connection(Scripted(*map(reading, range(5))), clock=Clock())
     connection.open()
     connection.keep_newest(on=True)
@@ -320,7 +320,7 @@ def test_of_a_source_without_packets_the_newest_readings_are_taken_too():
     assert connection.status.counts.superseded == 4
 
 
-def test_a_file_is_read_in_order_whatever_is_asked():
+def test_file_is_always_read_in_order():
     connection = Connection(Scripted(*map(reading, range(3)), finite=True))
     connection.open()
     connection.keep_newest(on=True)

@@ -215,7 +215,7 @@ def noisy_readings(random, count, pressed=0.0):
 
 
 @pytest.mark.parametrize("tare", [5, 50])
-def test_a_noisy_taxel_is_no_contact_and_hides_none(tare):
+def test_noisy_taxel_neither_is_nor_hides_a_contact(tare):
     random = np.random.default_rng(0)
     measured = session()
     measured.tare(tare)
@@ -300,7 +300,7 @@ def test_events_of_a_skin_that_is_not_calibrated_claim_no_force():
     assert " N" not in frame.recent[0].words.replace("\u202f", " ")
 
 
-def test_pressures_with_the_untouched_value_in_them_are_no_forces():
+def test_pressures_with_an_offset_give_no_forces():
     measured = session(mode=ValueMode.RAW)
     assert measured.show(at(0.0, touched())).units is ReadingUnits.PRESSURE
 
@@ -312,7 +312,7 @@ def test_a_calibration_has_its_own_offsets_and_must_fit():
         session(calibration=Calibration([1.0], [0.0]))
 
 
-def test_what_does_not_fit_is_counted_and_changes_nothing():
+def test_reading_that_does_not_fit_is_counted_and_changes_nothing():
     measured = session()
     before = measured.show(at(0.0, np.zeros(60)))
     assert measured.show(at(0.1, np.zeros(9))) is before
@@ -321,7 +321,7 @@ def test_what_does_not_fit_is_counted_and_changes_nothing():
     assert "unit" in measured.facts.problem
 
 
-def test_a_sender_that_starts_again_goes_on_in_our_time():
+def test_restarted_sender_continues_in_session_time():
     measured = session()
     measured.show(at(1000.0, np.zeros(60)))
     frame = measured.show(Arrived(Reading(0.0, np.zeros(60), Unit.PASCAL), 1100.5))
@@ -355,7 +355,7 @@ def test_clock_that_was_set_is_followed_from_the_second_reading_on(jump):
     assert measured.facts.mistimed == 2
 
 
-def test_pause_of_a_sender_is_no_wild_time():
+def test_pause_of_a_sender_is_not_an_outlier():
     measured = session()
     measured.show(arrival(100.0, 0.0))
     assert measured.show(arrival(107.0, 7.0)).time == pytest.approx(7.0)
@@ -456,7 +456,7 @@ def test_quiet_channel_of_a_skin_without_noise_is_not_broken():
     assert used.broken.tolist() == []
 
 
-def test_its_source_is_asked_at_each_tick():
+def test_source_is_polled_at_each_tick():
     waiting = [at(0.0, np.zeros(60)), at(0.1, touched())]
     measured = session(source=lambda: waiting.pop(0) if waiting else None)
     assert [measured.tick().tick for _ in range(4)] == [1, 1000, 1000, 1000]
@@ -518,7 +518,7 @@ def test_a_recording_is_read_again_as_it_was_sent_and_shown_otherwise(tmp_path):
     assert given.readings.calibration.gain[0] == 7.0
 
 
-def test_taxels_that_were_never_heard_are_not_made_up(tmp_path):
+def test_recording_contains_only_received_taxels(tmp_path):
     path = tmp_path / "felt.mcap"
     measured = session()
     with Recorder(measured.prepared, path, measured="a file") as recorder:
@@ -561,7 +561,7 @@ def test_value_beyond_any_skin_is_refused_by_the_taxels_name(unit, most):
     assert "taxel 4" in measured.facts.problem
 
 
-def test_position_that_cannot_have_been_reached_is_shown_and_remembered():
+def test_unreachable_position_is_shown_and_stored():
     measured = session()
     for time, position in ((0.0, 0.0), (0.1, 1.4), (0.2, -1.4), (0.21, -1.05)):
         measured.show(at(time, touched(), joints={"hinge": position}))
@@ -598,7 +598,7 @@ def test_older_readings_are_needed_until_every_taxel_and_joint_is_there():
     assert measured.facts.unknown_values == 0
 
 
-def test_what_was_heard_has_its_time():
+def test_received_values_have_their_times():
     measured = session()
     measured.apply(Arrived(at(0.0, np.zeros(60), joints={"hinge": 0.0}).reading, 100.0, 0.25))
     measured.apply(Arrived(at(0.01, [0.0], ids=[3]).reading, 101.0, 0.0))
@@ -609,7 +609,7 @@ def test_what_was_heard_has_its_time():
     assert measured.facts.unheard_joints == 1
 
 
-def test_velocity_is_since_the_joint_was_last_heard():
+def test_velocity_uses_the_time_since_the_last_reading_of_the_joint():
     measured = session()
     measured.show(at(0.0, touched(), joints={"hinge": 0.0}))
     assert measured.frame.velocity[0] == 0.0

@@ -14,7 +14,7 @@ from tactile_maps.skin.model.skin_file import save_skin
 from tests.support.touch import bar_map, bar_skin, prepared_bar
 
 
-def test_a_map_is_kept_as_it_is_and_carried_by_its_own_shape(tmp_path):
+def test_given_map_is_kept_on_its_own_shape(tmp_path):
     path = tmp_path / "bar.npz"
     drawn = move(MapDocument.of(bar_map()), [0], (0.2, 0.1)).map
     save_map(drawn, path)

@@ -26,7 +26,7 @@ def test_units_convert_to_pascals():
         ({"joints": {"elbow": np.nan}}, "elbow"),
     ],
 )
-def test_what_does_not_fit_is_refused_by_name(parts, place):
+def test_value_that_does_not_fit_is_rejected_by_name(parts, place):
     with pytest.raises(MalformedReadingError) as caught:
         Reading(**{"time": 0.0, "values": [1.0, 2.0, 3.0]} | parts)
     assert caught.value.place == place

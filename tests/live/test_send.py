@@ -14,7 +14,7 @@ from tactile_maps.live.sources.send import made_up, main, sender
 
 
 @pytest.mark.parametrize("options", [[], ["--axes", "3"], ["--json", "--axes", "3", "--token", "a secret of ours"]])
-def test_what_it_sends_arrives(options, capsys):
+def test_sent_readings_arrive(options, capsys):
     before = set(threading.enumerate())
     source = UdpSource("127.0.0.1", 0, token=options[-1] if "--token" in options else None)
     connection = Connection(source)

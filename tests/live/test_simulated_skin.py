@@ -45,7 +45,7 @@ def frame_of(values, slide, unit=Unit.PASCAL):
 
 @pytest.mark.long
 @pytest.mark.parametrize("overlap", [0.001, 0.002])
-def test_two_covers_that_meet_read_what_elasticity_says(overlap):
+def test_covers_in_contact_read_the_pressure_of_elasticity_theory(overlap):
     pressures = SimulatedSkin(prepared()).pressures(np.array([GAP + overlap]))
     assert np.isclose(pressures.max(), confined_pressure(overlap), rtol=1e-6)
 
@@ -59,7 +59,7 @@ def test_a_posture_has_no_history():
     assert np.array_equal(skin.pressures(np.array([0.032])), first)
 
 
-def test_one_taxel_of_twice_the_gain_differs_by_what_it_should_read():
+def test_taxel_with_twice_the_gain_differs_by_its_true_pressure():
     skin = SimulatedSkin(prepared())
     expected = skin.pressures(np.array([0.032]))
     taxel = int(np.argmax(expected))

@@ -26,7 +26,7 @@ READINGS = {
 @pytest.mark.parametrize("name", READINGS)
 @pytest.mark.parametrize("encode", [encode_json, encode_binary])
 @pytest.mark.parametrize("token", [None, "a secret of ours"])
-def test_a_reading_comes_back_equal(name, encode, token):
+def test_reading_survives_the_round_trip(name, encode, token):
     given_ = READINGS[name]
     back = decode(encode(READINGS[name], token=token), token=token)
     assert (back.time, back.unit, dict(back.joints)) == (given_.time, given_.unit, dict(given_.joints))
@@ -83,7 +83,7 @@ def test_ids_with_links_come_back_from_json_and_not_from_binary():
 
 
 @pytest.mark.parametrize("ids", [["l:1", "2"], ["l:x"], [":1"], ["l:"], ["1.5"], ["l:1", 2], [f"l:{9**40}"]])
-def test_labels_that_are_no_ids_are_refused(ids):
+def test_invalid_ids_are_rejected(ids):
     packet = {"v": 1, "t": 0.0, "unit": "counts", "values": [1.0] * len(ids), "ids": ids}
     with pytest.raises(MalformedReadingError):
         decode(json.dumps(packet).encode())
@@ -99,7 +99,7 @@ def test_the_binary_packet_is_as_the_guide_has_it():
 
 @pytest.mark.parametrize("encode", [encode_json, encode_binary])
 @pytest.mark.parametrize("token", [None, "another secret"])
-def test_without_the_token_a_packet_is_refused(encode, token):
+def test_packet_without_the_token_is_rejected(encode, token):
     with pytest.raises(MalformedReadingError, match="token"):
         decode(encode(READINGS["ids"], token=token), token="a secret of ours")
 

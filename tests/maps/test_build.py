@@ -59,7 +59,7 @@ def test_error_names_the_patch_that_cannot_be_flattened():
         build_map(skin)
 
 
-def test_one_patch_laid_flat_anew_leaves_the_others_alone(three_patches):
+def test_flattening_one_patch_again_keeps_the_others(three_patches):
     patch = three_patches.skin.patches[1]
     chart = flatten_patch(patch, seams=SeamPlan(extra=1))
     edited = with_chart(three_patches, 1, chart)

@@ -51,7 +51,7 @@ def test_a_chart_that_outgrows_its_image_gets_coarser_pixels(three_patches, atla
 
 
 @pytest.mark.long
-def test_only_the_tile_of_a_new_chart_is_made_and_an_undone_one_finds_its_own_again(three_patches, atlas):
+def test_only_the_tile_of_a_new_chart_is_made_and_undo_reuses_its_tile(three_patches, atlas):
     second = ImageAtlas(_stretched(three_patches, 1.1), known=atlas)
     again = ImageAtlas(three_patches, known=second)
     kept = [new is old for new, old in zip(second.tiles, atlas.tiles, strict=True)]
@@ -60,7 +60,7 @@ def test_only_the_tile_of_a_new_chart_is_made_and_an_undone_one_finds_its_own_ag
     assert ImageAtlas(three_patches, known=again, look=ImageSettings("nearest")).tiles[0] is not atlas.tiles[0]
 
 
-def test_made_in_another_process_it_comes_with_its_map_and_is_the_same(three_patches, atlas):
+def test_atlas_made_in_another_process_is_sent_with_its_map(three_patches, atlas):
     map_, came = pickle.loads(pickle.dumps((three_patches, atlas)))
     assert came.skin is map_.skin
     assert all(tile.chart is chart for tile, chart in zip(came.tiles, map_.charts, strict=True))

@@ -108,7 +108,7 @@ def test_blocks_are_stacked_and_merged_in_order():
     np.testing.assert_array_equal(merge_rows(np.array([5, -1, 7]), one, two).toarray(), [[1, 0], [3, 4], [0, 2]])
 
 
-def test_it_agrees_with_scipy_between_the_taxels():
+def test_interpolation_agrees_with_scipy_between_the_taxels():
     triangles = TaxelTriangles(jittered())
     points = held(triangles)
     values = np.random.default_rng(2).random(len(triangles.sites))
@@ -197,7 +197,7 @@ def test_weights_near_a_border_or_gap_are_positive_and_exact(sites):
         np.testing.assert_allclose(weights @ triangles.sites, points, atol=1e-9)
 
 
-def test_at_and_around_a_taxel_the_walk_ends_and_the_taxel_rules():
+def test_walk_ends_at_a_taxel_whose_weight_dominates():
     triangles = TaxelTriangles(jittered())
     site = 40
     for away in (0, 1e-16, 1e-12, 1e-9, 1e-8, 1e-6):
@@ -230,7 +230,7 @@ def _needles(kind, generator):
 @pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("kind", ["rows", "pairs", "circle", "strip"])
-def test_among_needles_the_walk_ends_and_weights_are_sound(kind, monkeypatch):
+def test_walk_ends_among_thin_triangles_with_valid_weights(kind, monkeypatch):
     monkeypatch.setattr("tactile_maps.maps.model.interpolation.LONGEST_SIDE", 1e9)
     generator = np.random.default_rng(0)
     asked = 0
@@ -249,7 +249,7 @@ def test_among_needles_the_walk_ends_and_weights_are_sound(kind, monkeypatch):
     assert (asked > 1000) == (kind != "strip")
 
 
-def test_with_few_taxels_it_is_scipys_thin_plate_spline():
+def test_interpolation_with_few_taxels_is_scipys_thin_plate_spline():
     sites = jittered(3, jitter=0.15)
     triangles = TaxelTriangles(sites)
     values = np.random.default_rng(2).random(9)
@@ -260,7 +260,7 @@ def test_with_few_taxels_it_is_scipys_thin_plate_spline():
     np.testing.assert_allclose(thin_plate(triangles, points) @ values, expected, atol=1e-10)
 
 
-def test_with_many_taxels_it_is_close_to_it():
+def test_interpolation_with_many_taxels_is_close_to_the_spline():
     triangles = TaxelTriangles(jittered(12))
     values = np.sin(60 * triangles.sites[:, 0]) * np.cos(50 * triangles.sites[:, 1])
     points = held(triangles)
@@ -298,7 +298,7 @@ def test_thin_plate_laws_hold_at_any_size():
         np.testing.assert_allclose(thin_plate(triangles, points) @ triangles.sites, points, atol=1e-12 * size)
 
 
-def test_a_regular_grid_is_no_trouble():
+def test_regular_grid_is_interpolated():
     x, y = np.meshgrid(np.arange(6.0), np.arange(6.0))
     triangles = TaxelTriangles(0.01 * np.stack([x, y], axis=-1).reshape(-1, 2))
     points = held(triangles)
@@ -339,7 +339,7 @@ def test_rows_sum_to_one_on_the_skin_and_are_empty_elsewhere(three_patches, fiel
 @pytest.mark.parametrize(
     ("method", "most"), [("barycentric", 3), ("nearest", 1), ("natural-neighbour", 12), ("thin-plate", 48)]
 )
-def test_few_taxels_near_the_point_are_asked(three_patches, field, method, most):
+def test_only_few_taxels_near_the_point_are_used(three_patches, field, method, most):
     weights = interpolation_weights(three_patches, *field, interpolation=method)
     assert np.diff(weights.indptr).max() <= most
     asked = weights.tocoo()
@@ -353,7 +353,7 @@ def test_nothing_is_extrapolated(three_patches, field, method):
 
 
 @EVERY
-def test_no_patch_listens_to_another(three_patches, field, method):
+def test_patches_are_interpolated_independently(three_patches, field, method):
     weights = interpolation_weights(three_patches, *field, interpolation=method).tocoo()
     np.testing.assert_array_equal(three_patches.skin.patch_of[weights.col], field[0][weights.row])
 
@@ -383,7 +383,7 @@ def test_a_gap_is_not_bridged(method):
 
 
 @EVERY
-def test_at_a_taxel_its_own_value_is_shown(three_patches, method):
+def test_value_at_a_taxel_is_its_reading(three_patches, method):
     skin = three_patches.skin
     weights = interpolation_weights(three_patches, skin.patch_of, three_patches.taxel_points, interpolation=method)
     np.testing.assert_allclose(weights.toarray(), np.eye(len(skin)), atol=1e-9)

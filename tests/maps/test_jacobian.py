@@ -20,7 +20,7 @@ PITCH = 0.008
 
 
 @pytest.mark.parametrize("kind", ["smoothed", "raw"])
-def test_it_tells_how_map_points_move_on_a_flat_skin(kind):
+def test_jacobian_predicts_motion_of_map_points_on_a_flat_skin(kind):
     map_ = prepared_bar().map
     jacobian = MapJacobian(map_)
     at = map_.skin.taxel_point(25)
@@ -67,7 +67,7 @@ def test_a_fit_keeps_on_its_side_of_a_seam():
     assert torn > 10, "there must be borders"
 
 
-def test_where_no_taxel_has_neighbours_enough_the_triangle_answers_to_the_last_bit():
+def test_triangle_jacobian_is_used_exactly_if_neighbours_are_too_few():
     map_ = prepared_bar().map
     jacobian = MapJacobian(map_)
     jacobian.two_rings = lambda taxel: np.array([taxel])
@@ -75,7 +75,7 @@ def test_where_no_taxel_has_neighbours_enough_the_triangle_answers_to_the_last_b
     assert np.array_equal(jacobian.at(at), jacobian.at(at, kind="raw"))
 
 
-def test_the_answer_does_not_depend_on_what_was_asked_before():
+def test_result_does_not_depend_on_earlier_queries():
     map_ = arm().map
     asked = MapJacobian(arm().map)
     places = [map_.skin.taxel_point(taxel) for taxel in range(0, len(map_.skin), 17)]
@@ -102,7 +102,7 @@ def test_the_nearest_taxels_of_all_its_patch_are_blended():
 
 
 @pytest.mark.parametrize("flatness", [1.0, 0.1, 2e-3, 5e-4, 1e-6, 0.0])
-def test_the_least_motion_is_the_pseudo_inverse_s(flatness):
+def test_smallest_motion_is_that_of_the_pseudo_inverse(flatness):
     rng = np.random.default_rng(3)
     for _ in range(50):
         turn = np.linalg.qr(rng.normal(size=(2, 2)))[0]
@@ -180,21 +180,21 @@ def turned(one, other) -> float:
     return float(np.degrees(np.arccos(np.clip(one @ other, -1.0, 1.0))))
 
 
-def test_on_a_plane_it_is_the_plane_s():
+def test_normal_on_a_plane_is_that_of_the_plane():
     map_ = prepared_bar().map
     for face in range(0, len(map_.skin.patches[0].surface.faces), 37):
         normal = MapJacobian(map_).normal(SurfacePoint(0, face, (0.2, 0.3, 0.5)))
         assert normal == pytest.approx([0, 0, 1], abs=1e-9)
 
 
-def test_how_the_patch_is_drawn_makes_no_difference():
+def test_layout_of_the_patch_makes_no_difference():
     map_ = prepared_bar().map
     drawn = TactileMap(map_.skin, map_.charts, MapLayout((Placement(angle=0.7, scale=3.0),)))
     at = map_.skin.taxel_point(25)
     assert MapJacobian(drawn).normal(at) == pytest.approx(MapJacobian(map_).normal(at), abs=1e-9)
 
 
-def test_on_a_bent_skin_it_follows_the_surface_between_the_taxels():
+def test_normal_on_a_bent_skin_follows_the_surface_between_the_taxels():
     map_ = arm().map
     skin = arm().skin
     jacobian = MapJacobian(map_)
@@ -224,7 +224,7 @@ def test_misplaced_taxels_turn_triangles_and_hardly_the_smoothed_normal(sd, leas
     assert np.percentile(smooth, 95) < np.percentile(triangle, 95) / least
 
 
-def test_it_is_of_length_one():
+def test_normal_has_unit_length():
     map_ = arm().map
     jacobian = MapJacobian(map_)
     for taxel in range(0, len(map_.skin), 11):

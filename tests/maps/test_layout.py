@@ -52,7 +52,7 @@ def test_a_scale_is_of_all_lengths_and_the_way_back_is_exact(placement):
 
 @pytest.mark.parametrize("second", PLACEMENTS)
 @pytest.mark.parametrize("first", PLACEMENTS)
-def test_one_after_another_is_both(first, second):
+def test_composition_equals_both_transforms_in_turn(first, second):
     both = second.after(first)
     np.testing.assert_allclose(both.apply(POINTS), second.apply(first.apply(POINTS)), atol=1e-12)
     assert abs(both.angle) <= np.pi
@@ -94,7 +94,7 @@ def _boxes(charts, links=None):
 
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("count", [1, 2, 3, 6, 12, 13, 40])
-def test_no_two_touch_and_all_are_on_the_map(count):
+def test_packed_patches_do_not_touch_and_are_on_the_map(count):
     boxes = _boxes(_charts(np.random.default_rng(count).uniform(0.02, 0.3, (count, 2))))
     assert boxes.min() == pytest.approx(0, abs=1e-12)
     for i in range(count):
@@ -109,7 +109,7 @@ _NAMES = st.sampled_from(["torso", "l_arm", "r_arm", "left_hand", "right_hand", 
 @pytest.mark.long
 @settings(max_examples=60)
 @given(st.lists(st.tuples(_NAMES, st.integers(3, 9), st.floats(0.01, 0.5)), min_size=1, max_size=9), st.randoms())
-def test_whatever_the_charts_they_are_only_moved_and_do_not_overlap(parts, random):
+def test_packing_only_moves_charts_without_overlap(parts, random):
     charts = []
     for _, corners, size in parts:
         angle = np.sort([random.uniform(0, 2 * np.pi) for _ in range(corners)]) + np.arange(corners) * 1e-3
@@ -182,7 +182,7 @@ def test_the_whole_has_a_windows_shape():
     assert 0.7 * PACKING_ASPECT < width / height < 1.5 * PACKING_ASPECT
 
 
-def test_nothing_to_pack_is_an_empty_layout():
+def test_packing_without_charts_gives_an_empty_layout():
     assert pack_charts([]).placements == pack_charts([], links=[]).placements == ()
 
 

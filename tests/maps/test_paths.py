@@ -54,7 +54,7 @@ def _direction_on_body(map_, at, step):
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", sorted(TUBES))
 @pytest.mark.parametrize("mirrored", [False, True])
-def test_it_ends_where_one_ends_who_walks_straight_on(name, mirrored):
+def test_path_ends_where_a_straight_walk_ends(name, mirrored):
     surface = TUBES[name]()
     map_ = unrolled(surface, angle=1.1, mirrored=mirrored)
     transitions = SeamTransitions(map_)
@@ -141,7 +141,7 @@ def test_the_rest_of_the_path_is_kept_where_the_skin_ends():
     np.testing.assert_allclose(piece.points[1] + path.remaining, map_.to_map(at) + [0.0, 5.0], atol=1e-12)
 
 
-def test_no_step_is_no_piece():
+def test_path_without_length_has_no_piece():
     map_ = unrolled(sheet())
     at = SurfacePoint(0, 0, (0.3, 0.3, 0.4))
     path = trace_path(SeamTransitions(map_), at, map_.to_map(at))
@@ -247,7 +247,7 @@ def test_a_raster_leaves_no_gap_and_never_jumps():
 
 
 @pytest.mark.parametrize("kind", CHOICES["path_kind"])
-def test_one_is_laid_about_a_place(kind):
+def test_path_is_placed_about_a_point(kind):
     path = path_about(kind, np.array([0.5, 0.2]), 0.03)
     assert np.ptp(path.points, axis=0).max() == pytest.approx(0.03, rel=0.02)
     middle = (path.points.max(axis=0) + path.points.min(axis=0)) / 2
@@ -270,13 +270,13 @@ def cut(*points):
     return split_at_borders(np.array(points, dtype=float), TRANSITIONS)
 
 
-def test_what_stays_inside_is_one_run():
+def test_path_inside_a_patch_is_one_run():
     [run] = cut((0.01, 0.01), (0.05, 0.09), (0.09, 0.01))
     assert run.patch == 0
     assert run.points[[0, -1]] == pytest.approx(np.array([[0.01, 0.01], [0.09, 0.01]]))
 
 
-def test_from_one_patch_over_the_ground_into_the_other_and_out():
+def test_path_between_patches_has_a_run_in_each():
     runs = cut((0.05, 0.05), (0.30, 0.05))
     assert [run.patch for run in runs] == [0, None, 1, None]
     assert [run.points[0][0] for run in runs] == pytest.approx([0.05, 0.10, 0.12, 0.22])
@@ -292,13 +292,13 @@ def test_a_point_alone_has_no_runs():
     assert split_at_borders(np.array([[0.05, 0.05], [0.05, 0.05 + 1e-10]]), TRANSITIONS) == ()
 
 
-def test_nothing_on_the_skin_is_one_run_outside():
+def test_path_off_the_skin_is_one_outside_run():
     assert [run.patch for run in cut((9.0, 9.0), (9.1, 9.0))] == [None]
 
 
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("seed", range(6))
-def test_runs_are_the_polygon_and_each_is_where_it_says(seed):
+def test_runs_make_up_the_polygon_and_have_correct_places(seed):
     """Walks of 40 sides all over the map of our arm, which is cut open by seams."""
     map_ = arm().map
     low, high = map_.bounds
@@ -345,7 +345,7 @@ def test_between_patches_it_jumps_and_at_the_end_of_the_skin_it_stops():
     assert kept.jumps == []
 
 
-def test_from_the_border_outwards_it_begins_where_it_comes_in():
+def test_path_that_starts_outside_begins_at_its_entry():
     walk = walked((0.10, 0.05), (0.13, 0.05))
     assert [piece.patch for piece in walk.pieces] == [1]
     assert walk.jumps == []
@@ -353,7 +353,7 @@ def test_from_the_border_outwards_it_begins_where_it_comes_in():
 
 @pytest.mark.parametrize("drawn", [True, False])
 @pytest.mark.parametrize("taxel", [10, 60, 150, 250])
-def test_on_the_body_each_piece_goes_on_where_the_one_before_ended_but_at_jumps(taxel, drawn):
+def test_pieces_are_continuous_on_the_body_except_at_jumps(taxel, drawn):
     map_ = arm().map
     turn = np.linspace(0, 2 * np.pi, 60)
     ring = map_.taxel_points[taxel] + 0.12 * np.stack([np.sin(turn), np.cos(turn) - 1], axis=1)

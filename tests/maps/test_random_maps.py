@@ -96,7 +96,7 @@ def test_rotation_svd_rebuilds_any_matrix(matrices):
 @pytest.mark.long
 @examples(40)
 @given(st.floats(-10, 10), st.tuples(st.floats(-5, 5), st.floats(-5, 5)), st.booleans())
-def test_any_layout_can_be_asked_both_ways(angle, offset, mirrored):
+def test_every_layout_maps_both_ways(angle, offset, mirrored):
     # The second patch is well apart from any position of the first.
     moved = TactileMap(
         MAP.skin, MAP.charts, MapLayout((Placement(angle, offset, mirrored), Placement(0.0, (50.0, 0.0))))
@@ -175,7 +175,7 @@ def _lengths_between(path):
 @examples(200)
 @given(POINTS, SHARES)
 @example(GRAZING, [0.0])
-def test_on_skin_without_seams_a_drawn_path_is_what_of_the_drawing_is_inside(points, shares):
+def test_path_on_skin_without_seams_is_the_part_inside(points, shares):
     path, laid = laid_from(FLAT, points)
     shortest, longest = _lengths_between(path)
     assert shortest - 1e-5 <= laid.length <= longest + 1e-5
@@ -197,7 +197,7 @@ def test_on_skin_without_seams_a_drawn_path_is_what_of_the_drawing_is_inside(poi
 @pytest.mark.long
 @examples(100)
 @given(st.integers(0, 299), st.lists(st.tuples(st.floats(-0.2, 0.2), st.floats(-0.2, 0.2)), max_size=6), st.booleans())
-def test_on_the_arm_it_jumps_on_the_body_at_crossings_alone(taxel, steps, drawn):
+def test_path_on_the_arm_jumps_only_at_crossings(taxel, steps, drawn):
     map_ = arm().map
     start = map_.taxel_points[taxel]
     _, laid = laid_from(ARM, [start, *(start + np.cumsum(np.array(steps).reshape(-1, 2), axis=0))], drawn=drawn)
@@ -219,7 +219,7 @@ def test_on_the_arm_it_jumps_on_the_body_at_crossings_alone(taxel, steps, drawn)
 @examples(100)
 @given(ON_SKIN, POINTS, ON_SKIN, SHARES)
 @example((0.125, 0.0), [(0.0, -0.03125)], (0.0, 0.0), [0.0])
-def test_there_and_back_is_the_same_way(start, between, end, shares):
+def test_path_and_its_reverse_agree(start, between, end, shares):
     path, laid = laid_from(FLAT, [start, *between, end])
     assume(FLAT.map.to_body(path.points[-1]) is not None)
     back = SurfacePath(MapPath(path.points[::-1]), FLAT)

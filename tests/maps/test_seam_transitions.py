@@ -50,7 +50,7 @@ def test_a_transition_puts_edge_on_edge(three_patches):
         np.testing.assert_allclose(met, borders.ends[borders.partner[glued], 1 - end], atol=1e-15)
 
 
-def test_there_and_back_is_nowhere(three_patches):
+def test_transition_and_its_inverse_cancel(three_patches):
     borders = SeamTransitions(three_patches).borders
     glued = np.flatnonzero(borders.partner >= 0)
     points = np.random.default_rng(0).normal(size=(len(glued), 2))

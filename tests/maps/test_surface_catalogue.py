@@ -89,7 +89,7 @@ def test_size_does_not_matter(name, scale):
 @pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("name", ["saddle", "bumpy tube", "sieve", "cap"])
-def test_neither_does_place_nor_direction(name):
+def test_place_and_direction_do_not_change_the_map(name):
     surface = named(name)
     turn, _ = np.linalg.qr(np.random.default_rng(2).normal(size=(3, 3)))
     turn *= np.linalg.det(turn)
@@ -144,7 +144,7 @@ def test_even_pressure_makes_an_even_image(name):
 @pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", SMALL)
-def test_every_map_can_be_judged(name):
+def test_every_map_has_quality_measures(name):
     quality = measure(_map(name), sources=2)
     assert quality.bijective
     assert quality.flips == 0
@@ -182,7 +182,7 @@ def test_every_map_survives_its_file(name):
     [frustum(), frustum(0.05, 0.02), frustum(0.02, 0.05, length=0.05), sheet(), named("needles")],
     ids=["cylinder", "cone", "steep cone", "sheet", "needles"],
 )
-def test_what_can_be_unrolled_is_unrolled_without_loss(surface):
+def test_developable_surface_is_flattened_without_distortion(surface):
     assert flatten(surface).energies[-1] - 4 < 1e-6
 
 
@@ -268,7 +268,7 @@ def _measured(name):
 @pytest.mark.long
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("name", HARD)
-def test_no_number_is_wrong_without_saying_so(name):
+def test_every_inaccurate_number_is_flagged(name):
     map_, _, quality = _measured(name)
     report = json.loads(json.dumps(quality.to_json(), allow_nan=False))
     assert quality.bijective

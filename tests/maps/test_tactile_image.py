@@ -46,7 +46,7 @@ def test_every_taxels_force_is_kept():
     np.testing.assert_allclose(weights.T @ force_areas(weights, areas, requested), requested, rtol=1e-12)
 
 
-def test_of_all_such_areas_they_are_the_nearest():
+def test_pixel_areas_are_the_nearest_that_keep_the_sum():
     """Against the weighted least-norm solution by a dense pseudo-inverse."""
     generator = np.random.default_rng(1)
     weights = csr_matrix(generator.dirichlet(np.ones(5), 60))
@@ -88,7 +88,7 @@ def test_image_has_the_requested_width_and_contains_the_map(three_patches, image
     np.testing.assert_allclose(np.ptp(image.extent, axis=0), image.resolution * np.array(image.shape[::-1]))
 
 
-def test_a_resolution_can_be_asked_for(three_patches):
+def test_resolution_can_be_requested(three_patches):
     assert TactileImage(three_patches, resolution=0.002).resolution == 0.002
 
 
@@ -148,7 +148,7 @@ def test_a_pixel_goes_to_the_body_and_back_to_itself(three_patches, image):
         assert image.pixel(three_patches.to_map(at)) == (row, column)
 
 
-def test_a_pixel_off_the_skin_or_the_image_is_nowhere(image):
+def test_pixel_off_the_skin_or_image_has_no_place(image):
     row, column = np.argwhere(~image.inside)[0]
     assert image.back_project(int(row), int(column)) is None
     for outside in ((-1, 0), (0, -1), (image.shape[0], 0), (0, image.shape[1])):

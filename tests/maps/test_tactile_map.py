@@ -22,14 +22,14 @@ def _on_body(map_, patch, face, weights):
     return np.stack([map_.skin.patches[p].surface.point(f, w) for p, f, w in zip(patch, face, weights, strict=True)])
 
 
-def test_there_and_back_is_exact(three_patches):
+def test_round_trip_is_exact(three_patches):
     places = _places(three_patches)
     back = three_patches.to_body_many(three_patches.to_map_many(*places))
     np.testing.assert_array_equal(back[0], places[0])
     np.testing.assert_allclose(_on_body(three_patches, *back), _on_body(three_patches, *places), atol=1e-12)
 
 
-def test_one_at_a_time_says_the_same_as_many(three_patches):
+def test_single_and_batched_queries_agree(three_patches):
     patch, face, weights = _places(three_patches, 20)
     points = three_patches.to_map_many(patch, face, weights)
     for k in range(20):
@@ -74,7 +74,7 @@ def test_outlines_close_around_the_area_of_their_patch(three_patches):
         assert area == pytest.approx(patch.surface.area, rel=1e-9)
 
 
-def test_each_seam_lies_twice_on_the_border(three_patches):
+def test_each_seam_is_on_the_border_twice(three_patches):
     tube, saddle, _ = three_patches.seams
     assert len(tube) == 2 * len(three_patches.charts[0].seams) > 0
     assert len(saddle) == 0

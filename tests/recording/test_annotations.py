@@ -59,7 +59,7 @@ def test_marks_set_while_recording_are_in_the_file(prepared, tmp_path):
     assert player.annotations().marks == (), "what is said later is what holds"
 
 
-def test_a_damaged_file_is_named_and_says_what_helps(copy):
+def test_damaged_file_is_named_with_a_remedy(copy):
     annotations_file(copy).write_text('{"marks": [{"tick": "late"}]}')
     with pytest.raises(RecordingError, match=r"copy\.notes\.json.*Delete the file"):
         load_annotations(copy)
@@ -92,6 +92,6 @@ def test_a_part_has_its_part_of_them():
 @pytest.mark.parametrize(
     "make", [lambda: LabelledEpisode(5, 4, "back"), lambda: Mark(1, "x" * 3000), lambda: Annotations(label="x" * 3000)]
 )
-def test_what_makes_no_sense_is_refused(make):
+def test_invalid_annotations_are_rejected(make):
     with pytest.raises(RecordingError):
         make()

@@ -210,7 +210,7 @@ def test_a_difference_on_another_machine_names_both_and_its_size(recording, tmp_
 
 @pytest.mark.sampled(12)
 @pytest.mark.parametrize("seed", range(60))
-def test_no_flipped_bit_is_silent(recording, tmp_path, seed):
+def test_every_flipped_bit_is_reported(recording, tmp_path, seed):
     """A bit anywhere in the file leads to a named error or a report; every frame is present or counted as lost."""
     size = recording.stat().st_size
     chance = np.random.default_rng(seed)
@@ -229,7 +229,7 @@ def test_no_flipped_bit_is_silent(recording, tmp_path, seed):
 
 
 @pytest.mark.long
-def test_after_a_record_whose_length_is_wrong_it_goes_on_at_the_next_chunk(recording, tmp_path):
+def test_reading_continues_at_the_next_chunk_after_a_wrong_length(recording, tmp_path):
     number = without_inputs(recording)[3]
     with recording.open("rb") as stream:
         index = make_reader(stream).get_summary().chunk_indexes[number]
@@ -296,7 +296,7 @@ def test_missing_input_is_reported_though_every_frame_is_present(recording, tmp_
 
 
 @pytest.mark.long
-def test_what_is_recovered_says_what_its_source_had_lost(recording, tmp_path):
+def test_recovered_file_states_the_losses_of_its_source(recording, tmp_path):
     number = without_inputs(recording)[4]
     start, size = chunk_spans(recording)[number]
     damaged = flipped(recording, tmp_path / "damaged.mcap", start + size // 2)
@@ -309,7 +309,7 @@ def test_what_is_recovered_says_what_its_source_had_lost(recording, tmp_path):
     assert again.damage == saved.damage
 
 
-def test_of_a_cut_file_it_is_said_that_the_end_is_missing(recording, tmp_path):
+def test_cut_file_is_reported_as_missing_its_end(recording, tmp_path):
     cut = tmp_path / "cut.mcap"
     cut.write_bytes(recording.read_bytes()[: int(0.98 * recording.stat().st_size)])
     player = RecordingPlayer(cut)
@@ -435,7 +435,7 @@ def test_lost_messages_are_located_where_bytes_could_not_be_read(numbers, holes,
     ("numbers", "written", "count"),
     [([0, 1, 2], 3, 0), ([0, 1, 2], 5, 2), ([0, 2], 3, 0), ([0, 2], 5, 2), ([0, 1, 1], 3, 0), ([0, 1], None, 0)],
 )
-def test_what_is_missing_at_the_end_is_known_by_what_was_written(numbers, written, count):
+def test_loss_at_the_end_is_known_from_written_inputs(numbers, written, count):
     assert lost_at_end(np.array(numbers), written) == count
 
 

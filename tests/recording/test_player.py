@@ -36,7 +36,7 @@ BALL = ObjectSpec("ball", "sphere", size=(0.05,))
 BALL_BODY = SceneObject(BALL, primitive_mesh(BALL))
 
 
-def test_it_holds_everything(recording, prepared):
+def test_recording_contains_everything(recording, prepared):
     player = RecordingPlayer(recording)
     assert player.complete
     assert len(player) == 200
@@ -49,7 +49,7 @@ def test_it_holds_everything(recording, prepared):
     assert [type(act).__name__ for tick, act in player.inputs if tick > 60][:2] == ["PokeReleased", "PokePressed"]
 
 
-def test_a_chunk_that_does_not_match_its_checksum_is_not_believed(recording):
+def test_chunk_with_a_wrong_checksum_is_rejected(recording):
     """A byte of the last message is changed and compressed again, so that the archive itself is valid."""
     contents = read_recording(recording)
     chunk = contents.chunk(0)
@@ -91,7 +91,7 @@ def test_other_tools_can_open_it(recording):
 
 
 @pytest.mark.parametrize("share", [0.0, 0.001, 0.5, 0.97, 0.999])
-def test_a_cut_file_is_read_as_far_as_it_goes_or_refused(recording, tmp_path, share):
+def test_cut_file_is_read_as_far_as_possible_or_rejected(recording, tmp_path, share):
     data = recording.read_bytes()
     cut = tmp_path / "cut.mcap"
     cut.write_bytes(data[: int(share * len(data))])
@@ -183,7 +183,7 @@ def test_a_file_changed_while_it_is_open_is_named(recording, prepared, tmp_path)
         player.frame(100)
 
 
-def test_what_is_no_recording_is_named(tmp_path):
+def test_file_that_is_not_a_recording_is_named(tmp_path):
     path = tmp_path / "notes.mcap"
     path.write_text("hello")
     with pytest.raises(RecordingError, match=r"notes\.mcap: this is not a recording"):
@@ -332,7 +332,7 @@ def test_the_effects_in_force_are_known_at_every_tick(recording):
     assert player.failure is None
 
 
-def test_it_keeps_what_the_robot_calls_its_taxels(prepared, tmp_path):
+def test_names_of_taxels_are_recorded(prepared, tmp_path):
     """Ids, modules and channels, at both ends of their range and repeated, come back with the skin."""
     patches = tuple(
         replace(patch, taxels=replace(patch.taxels, identity=TaxelIdentity(ids, ids // 12, ids % 12)))

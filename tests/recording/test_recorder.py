@@ -253,7 +253,7 @@ def test_a_stop_that_was_not_recorded_is_noticed(tmp_path):
     assert not verify(player).identical, "without the finger it does not move as recorded"
 
 
-def test_a_session_that_goes_on_has_nothing_to_report(tmp_path):
+def test_running_session_has_no_failure(tmp_path):
     with pytest.raises(RecordingError, match="nothing to report"):
         save_failure_report(Session(UNSTEADY), tmp_path / "report.mcap")
     assert not (tmp_path / "report.mcap").exists()
@@ -274,7 +274,7 @@ def test_a_block_is_recorded_and_replays_bit_for_bit(prepared, tmp_path):
     assert verify(player).identical
 
 
-def test_a_block_in_which_the_physics_gives_up_says_so(prepared, tmp_path):
+def test_failure_within_a_block_of_ticks_is_reported(prepared, tmp_path):
     session = Session(prepared, scripted=False)
     path = tmp_path / "stopped.mcap"
     session.submit(PokePressed(1, prepared.skin.taxel_point(0), Finger(speed=1e9, max_force=1e12, stiffness=100.0)))

@@ -22,7 +22,7 @@ def common(tmp_path):
 
 
 @pytest.mark.long
-def test_it_is_recorded_with_its_own_settings(common):
+def test_sweep_is_recorded_with_its_own_settings(common):
     case = {"file": "1.mcap", "seconds": 0.2, "stimuli.0.force": 1.5, "seed": 3}
     [row] = record_case(case, common=common)
     player = RecordingPlayer(common.folder / "1.mcap")
@@ -35,7 +35,7 @@ def test_it_is_recorded_with_its_own_settings(common):
     assert record_case(case, common=common) == [row], "the file is replaced by an equal one"
 
 
-def test_where_it_fails_there_is_no_file(common, monkeypatch):
+def test_failed_sweep_leaves_no_file(common, monkeypatch):
     with pytest.raises(SceneError, match=r"s.toml, vary.tick"):
         record_case({"file": "1.mcap", "seconds": 0.1, "tick": 9.0}, common=common)
 

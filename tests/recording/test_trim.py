@@ -103,7 +103,7 @@ def test_episodes_become_files(copy, tmp_path):
     assert episode_file_name(3, LabelledEpisode(0, 1, "x" * 200)) == f"03 {'x' * 80}.mcap"
 
 
-def test_what_cannot_be_cut_is_refused_and_leaves_nothing(copy, tmp_path):
+def test_invalid_range_is_rejected_and_leaves_no_file(copy, tmp_path):
     with pytest.raises(RecordingError, match="no frame in this range"):
         trim(copy, tmp_path / "none.mcap", first=9000)
     with pytest.raises(RecordingError, match="itself"):

@@ -85,7 +85,7 @@ def test_a_finger_that_never_acted_may_be_any(prepared, tmp_path):
 
 
 @pytest.mark.long
-def test_what_is_not_a_number_is_compared_too(recording):
+def test_values_that_are_not_numbers_are_compared_too(recording):
     """A frame whose limits were changed, its state being the same."""
     player = RecordingPlayer(recording)
     frame = player.frame(150)

@@ -96,7 +96,7 @@ def test_body_slides_on_a_bare_link_with_its_own_coefficient(friction, integrato
         assert acceleration == pytest.approx(expected, rel=0.01)
 
 
-def test_without_a_stated_coefficient_the_larger_of_link_and_default_counts():
+def test_larger_of_link_and_default_friction_is_used_if_none_is_stated():
     for coefficient, geom in ((0.5, 'friction="0.1 0.005 0.0001"'), (0.8, 'friction="0.8 0.005 0.0001"')):
         simulation = placed("box", friction=None, geom=geom)
         assert simulation._data.contact.friction[:, 0] == pytest.approx(coefficient)

@@ -96,7 +96,7 @@ def run(effects: Effects, calls: Counter[str], *, things=(), poke: bool = False)
     return Counter(calls)
 
 
-def test_all_off_is_one_call_of_mujoco_for_all_steps(calls):
+def test_all_steps_without_effects_are_one_call_of_mujoco(calls):
     assert run(BARE, calls) == {"mj_step": 1, "mj_getState": 1, "mju_dot": 1}
 
 
@@ -160,7 +160,7 @@ def test_a_finger_that_pushes_nothing_changes_no_step(integrator):
     assert np.array_equal(free.posture, touched.posture)
 
 
-def test_a_pendulum_swings_as_the_closed_form_says():
+def test_pendulum_follows_the_closed_form():
     robot = bar()
     effects = Effects(gravity="on", contact="off", joint_limits=False, fingers=False, skin="off", timestep=1e-4)
     simulation = Simulation(robot, bar_skin(), effects)
@@ -170,7 +170,7 @@ def test_a_pendulum_swings_as_the_closed_form_says():
     assert simulation.posture[0] - 0.5 * np.pi == pytest.approx(-0.01 * np.cos(omega * 2.0), abs=2e-5)
 
 
-def test_without_anything_a_bar_turns_on_for_ever():
+def test_bar_without_forces_keeps_turning():
     simulation = Simulation(bar(), bar_skin(), BARE)
     simulation._data.qvel[:] = 2.0
     simulation.step(1000, no_command(bar()))
@@ -199,7 +199,7 @@ def free_arm(taxel: int, *, timestep: float) -> tuple[Simulation, float]:
 @pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("taxel", TAXELS)
-def test_a_standing_finger_gives_back_what_it_took(taxel):
+def test_fixed_finger_returns_the_energy_it_took(taxel):
     """Kinetic energy and ½ k depth² stay constant however the arm turns under the finger."""
     command = no_command(arm().robot)
     for timestep, drift in ((1e-3, 1e-2), (2.5e-4, 2.5e-3)):
@@ -296,7 +296,7 @@ def test_friction_with_every_integrator(integrator):
         assert tangent[steady].mean() == pytest.approx(0.5 * FORCE, rel=0.03)
 
 
-def test_without_friction_nothing_rubs():
+def test_contact_without_friction_has_no_shear():
     robot = bar()
     probe = thing("probe", path=((0.0, 0.1, 0.0, 0.029), (2.0, 0.3, 0.0, 0.029)), mass=MASS, friction=1.0)
     simulation = Simulation(robot, bar_skin(), Effects(contact="probe"), objects=(probe,))

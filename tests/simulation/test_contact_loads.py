@@ -131,7 +131,7 @@ def test_a_link_in_motion_feels_it_where_it_was_when_it_touched():
     assert simulation.wrenches()["bar"] == pytest.approx(expected, rel=1e-9, abs=1e-9)
 
 
-def test_a_push_brings_its_own_torque():
+def test_push_includes_its_torque():
     model = mujoco.MjModel.from_xml_string(
         "<mujoco><worldbody><body name='bar' pos='1 0 0'><geom size='1'/></body></worldbody></mujoco>"
     )

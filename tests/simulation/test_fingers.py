@@ -20,7 +20,7 @@ def fixed() -> Simulation:
     return Simulation(bar(hinged=False), SKIN, Effects())
 
 
-def test_on_a_rigid_robot_force_is_stiffness_times_depth():
+def test_force_on_a_rigid_robot_is_stiffness_times_depth():
     simulation = fixed()
     finger = Finger(stiffness=800.0, speed=0.01, max_force=5.0)
     simulation.apply(PokePressed(1, AT, finger))

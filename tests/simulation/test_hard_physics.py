@@ -45,7 +45,7 @@ def stops_again(run: Run, path) -> None:
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("timestep", STEPS)
-def test_a_weight_is_carried_or_it_was_said_that_it_may_bounce(integrator, timestep, tmp_path):
+def test_weight_is_carried_or_the_session_warned_of_bouncing(integrator, timestep, tmp_path):
     """0.1 kg let fall by 5 mm: in the end all steps feel m g, at whatever stiffness."""
     steady = []
     for stiffness in STIFFNESSES:
@@ -118,7 +118,7 @@ def test_a_blow_rebounds_as_a_critically_damped_contact_must(mass, stiffness):
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("timestep", [0.0005, 0.001])
-def test_a_blow_at_forty_metres_a_second_never_comes_back_faster(integrator, timestep):
+def test_impact_at_40_m_s_never_rebounds_faster(integrator, timestep):
     run = play(dropped(1.0, above=_FALL, radius=0.05, stiffness=1e6, integrator=integrator, timestep=timestep), 4.2)
     check_numbers(run)
     assert run.failure is None
@@ -177,7 +177,7 @@ def test_a_teleported_probe_is_held_by_the_cover_or_stopped_by_name(model, tmp_p
 
 
 @pytest.mark.long
-def test_a_layer_that_is_pressed_through_says_so(tmp_path):
+def test_layer_that_is_pressed_through_reports_it(tmp_path):
     """50 kg on a foam of 4 mm: a bed of springs that a body is deeper in than it is thick would lose it."""
     run = play(dropped(50.0, above=0.001, skin="foundation"), 1.0)
     check_numbers(run)
@@ -221,7 +221,7 @@ def test_a_jammed_link_stays_and_bears_the_force_of_its_cover(integrator, timest
 @pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("model", MODELS)
-def test_a_jammed_link_is_no_harder_to_feel(model):
+def test_force_on_a_jammed_link_is_measured(model):
     run = play(jammed(skin=model), 0.3)
     check_numbers(run)
     assert run.failure is None

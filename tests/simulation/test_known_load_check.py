@@ -19,13 +19,13 @@ from tests.support.touch import arm, bar, bar_skin
 RADIUS = 0.03
 
 
-def test_on_a_level_bar_the_weight_starts_just_above_the_skin():
+def test_weight_on_a_level_bar_starts_just_above_the_skin():
     at, middle = find_level_place(bar(), bar_skin(), radius=RADIUS)
     assert np.allclose(bar_skin().position(at)[:2], middle[:2])
     assert 0 < middle[2] - RADIUS - 0.02 < 0.0005
 
 
-def test_on_an_arm_it_faces_up_and_nothing_is_near():
+def test_weight_on_an_arm_is_placed_on_a_level_clear_taxel():
     robot = arm().robot
     skin = arm().skin
     at, middle = find_level_place(robot, skin, radius=RADIUS)
@@ -77,7 +77,7 @@ def test_weight_is_not_placed_where_hull_and_skin_are_apart():
         find_level_place(replace(robot, links=(replace(link, mesh=ridged),)), bar_skin(), radius=RADIUS)
 
 
-def test_where_no_skin_faces_up_it_says_so():
+def test_missing_upward_skin_is_reported():
     plate = bar_skin().patches[0].surface
     for turned in (Mesh(plate.vertices, plate.faces[:, ::-1]), Mesh(plate.vertices[:, [0, 2, 1]], plate.faces)):
         skin = Skin((Patch("side", "bar", turned, place_evenly(turned, 20, seed=0)),))
@@ -106,7 +106,7 @@ def test_a_tenth_of_a_kilogram_reads_0_981_newton_on_a_level_bar(model, hinged):
 @pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("model", CONSERVING)
-def test_so_it_does_on_the_round_links_of_an_arm_that_yields(model):
+def test_weight_is_measured_on_the_round_links_of_a_compliant_arm(model):
     prepared = arm()
     weighed = weigh(prepared.robot, prepared.skin, ElasticLayer(), model)
     assert weighed.read_N == pytest.approx(0.981, rel=0.01)
@@ -131,6 +131,6 @@ def test_a_model_that_feels_nothing_of_it_is_named():
         weigh(arm().robot, arm().skin, ElasticLayer(stiffness=1e5), "depth")
 
 
-def test_a_weight_that_sinks_through_says_so():
+def test_weight_that_sinks_through_is_reported():
     with pytest.raises(SimulationError, match=r"does not come to rest.*mm lower.*stiffer cover"):
         weigh(bar(hinged=False), bar_skin(), ElasticLayer(stiffness=10.0), "water-fill", mass=1.0)

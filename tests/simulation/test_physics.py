@@ -20,7 +20,7 @@ def physics(*objects, **effects) -> Physics:
 
 
 @pytest.mark.parametrize("integrator", ["implicitfast", "discrete"])
-def test_a_hand_acts_in_every_step_at_that_steps_places(integrator):
+def test_hook_acts_in_every_step_at_the_poses_of_that_step(integrator):
     made = physics(integrator=integrator)
     seen = []
 

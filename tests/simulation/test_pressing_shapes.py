@@ -123,7 +123,7 @@ def test_links_meet_once_unless_they_never_touch():
     assert {m.by for m in itself} - set(skinned_links(arm().skin)), "links without skin press too"
 
 
-def test_the_links_own_shape_comes_along_where_both_feel():
+def test_shape_of_the_link_is_included_if_both_links_have_skin():
     robot, skin = pair()
     effects = Effects(contact="self", skin="foundation")
     (meeting,) = contact_candidates(assemble(robot, skin, effects), robot, skin, effects, ())

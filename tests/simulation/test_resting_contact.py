@@ -108,7 +108,7 @@ def test_edges_and_corners_are_as_stiff_as_stated(edges, integrator):
 @pytest.mark.parametrize("mass", [0.05, 0.5, 20.0])
 @pytest.mark.parametrize("share", [0.35, 0.95])
 @pytest.mark.parametrize("shape", ["box", "cylinder"])
-def test_below_the_friction_angle_a_body_stays(shape, share, mass, integrator):
+def test_body_below_the_friction_angle_stays(shape, share, mass, integrator):
     """MuJoCo's friction creeps: it is viscous up to Coulomb's force."""
     stiffness = 2e4 if mass > 0.1 else 2e3
     slope = share * np.arctan(0.5)
@@ -121,7 +121,7 @@ def test_below_the_friction_angle_a_body_stays(shape, share, mass, integrator):
 
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("friction", [0.2, 0.5])
-def test_beyond_it_a_body_slides_as_coulomb_says(friction, integrator):
+def test_body_beyond_the_friction_angle_slides_by_coulombs_law(friction, integrator):
     slope = np.arctan(friction) + np.radians(5.0)
     simulation = resting("box", integrator, slope=slope, friction=friction)
     forces, poses = run(simulation, 0.4)

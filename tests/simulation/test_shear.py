@@ -54,7 +54,7 @@ def advance(simulation: Simulation, seconds: float) -> np.ndarray:
 
 
 @pytest.mark.parametrize("model", ["point", "water-fill", "punch"])
-def test_on_a_slope_the_shear_carries_the_weight_along_it(model):
+def test_shear_on_a_slope_carries_the_weight_along_it(model):
     slope = np.radians(15.0)
     simulation = on_slope(slope, model=model)
     pressures = advance(simulation, 0.3)
@@ -68,7 +68,7 @@ def test_on_a_slope_the_shear_carries_the_weight_along_it(model):
 
 
 @pytest.mark.parametrize("integrator", ["implicitfast", pytest.param("discrete", marks=pytest.mark.long)])
-def test_on_a_steep_slope_every_taxel_slides_at_its_limit(integrator):
+def test_every_taxel_on_a_steep_slope_slides_at_its_limit(integrator):
     simulation = on_slope(np.radians(35.0), integrator=integrator)
     pressures = advance(simulation, 0.1)
     limits = FRICTION * pressures
@@ -78,7 +78,7 @@ def test_on_a_steep_slope_every_taxel_slides_at_its_limit(integrator):
     assert not [note for note in simulation.notes if note.kind is ContactNoteKind.FRICTION_EXCEEDED]
 
 
-def test_a_body_that_leaves_takes_the_shear_with_it():
+def test_shear_vanishes_when_the_body_leaves():
     simulation = on_slope(np.radians(15.0))
     advance(simulation, 0.1)
     assert simulation.shear.any()
@@ -118,7 +118,7 @@ def test_other_effects_change_without_relaxing_the_skin():
 
 
 @pytest.mark.parametrize("off", [{"shear": False}, {"model": "half-space"}, {"model": "foundation"}])
-def test_without_shear_there_are_no_tractions(off):
+def test_effect_shear_off_gives_no_tractions(off):
     simulation = on_slope(np.radians(15.0), **off)
     advance(simulation, 0.01)
     assert simulation.shear is None
@@ -177,7 +177,7 @@ def test_a_pulled_finger_drags_a_joint_that_yields():
     assert simulation.posture[0] > pressed[0] + 1e-4, "2.5 N along x at 20 mm above the hinge turn it about y"
 
 
-def test_without_shear_a_pulled_finger_slides_freely():
+def test_pulled_finger_slides_freely_without_shear():
     simulation, _, goal = pulled(shear=False)
     np.testing.assert_allclose(simulation._skin.position(simulation.pokes[0].at), goal)
     assert simulation.shear is None

@@ -53,7 +53,7 @@ def test_joints_stop_at_their_limits():
         assert (simulation.posture[0] > 1.6) == free
 
 
-def test_reset_forgets_everything():
+def test_reset_clears_everything():
     robot = bar()
     simulation = Simulation(robot, bar_skin(), Effects())
     start = simulation.state()
@@ -186,7 +186,7 @@ def moving(*, effects: Effects | None = None, things=()) -> Simulation:
 
 @pytest.mark.sampled(5)
 @pytest.mark.parametrize("other", OTHERS)
-def test_there_and_back_the_state_is_bitwise_the_same(other):
+def test_changed_effects_keep_the_state_bitwise(other):
     simulation = moving(things=(thing("box", at=(5.0, 0.0, 5.0), mass=1.0),))
     before = simulation.posture, simulation.velocity, simulation.time, simulation.pokes[0].force
     simulation.use(other)

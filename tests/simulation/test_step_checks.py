@@ -48,7 +48,7 @@ def test_a_runaway_is_named_with_its_speed_and_energy():
     assert 0 < simulation.time < 0.4
 
 
-def test_two_fast_joints_are_no_runaway():
+def test_two_fast_joints_are_not_divergence():
     prepared = arm()
     simulation = Simulation(prepared.robot, prepared.skin, Effects())
     guard = DivergenceGuard(simulation._model, simulation._data)
@@ -58,7 +58,7 @@ def test_two_fast_joints_are_no_runaway():
     assert not guard.sound()
 
 
-def test_an_object_that_runs_away_is_named():
+def test_diverging_object_is_named():
     ball = thing("sphere", at=(5.0, 0.0, 0.0), mass=1.0)
     simulation = Simulation(bar(), bar_skin(), Effects(contact="environment"), objects=(ball,))
     simulation._data.xfrc_applied[simulation._model.body("tactile-maps/object sphere").id, 1] = 1e7
@@ -96,7 +96,7 @@ def falling(*, height: float, speed: float, kind: str = "sphere", **said):
 
 
 @pytest.mark.parametrize(("height", "speed"), [(0.1, 30.0), (5.0, 100.0), (-0.5, 1.0)])
-def test_slow_or_far_bodies_go_on(height, speed):
+def test_slow_or_distant_bodies_continue(height, speed):
     """The ball reaches 20 mm and the bar is 40 mm thick: 30 mm a step cannot carry it past the middle."""
     watch, data = falling(height=height, speed=speed)
     assert watch.needed
@@ -111,7 +111,7 @@ def test_a_fast_body_near_the_bar_is_stopped_with_the_step_that_would_do():
     np.testing.assert_array_equal(data.qpos, before)
 
 
-def test_it_looks_as_far_as_the_call_goes():
+def test_check_covers_the_whole_call():
     watch, data = falling(height=0.65, speed=60.0)
     watch.check(data, 1)
     with pytest.raises(SimulationError, match="too fast"):

@@ -66,7 +66,7 @@ def test_calibration_error_keeps_faces_and_areas():
     assert [finding.kind for finding in believed.findings] == ["misplaced"]
 
 
-def test_the_surface_between_taxels_goes_along():
+def test_surface_between_taxels_is_displaced_too():
     """Halfway between two neighbours it moves by the mean of both."""
     fine = bar_skin(60, finer=3)
     said = with_calibration_error(fine, 0.001).patches[0].surface
@@ -84,7 +84,7 @@ def test_the_surface_between_taxels_goes_along():
 
 
 @pytest.mark.long
-def test_one_seed_is_one_error_that_grows():
+def test_error_of_a_seed_scales_with_its_size():
     assert np.array_equal(
         shifts(with_calibration_error(SKIN, 0.002, seed=3)), shifts(with_calibration_error(SKIN, 0.002, seed=3))
     )
@@ -120,7 +120,7 @@ def test_invalid_errors_are_rejected(sd):
         with_calibration_error(SKIN, sd)
 
 
-def test_there_are_no_other_units():
+def test_unknown_units_are_rejected():
     with pytest.raises(SkinError, match="unknown unit") as caught:
         with_calibration_error(SKIN, 0.001, by="link")
     assert "taxel or module" in str(caught.value)

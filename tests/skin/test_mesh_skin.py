@@ -128,7 +128,7 @@ def test_number_of_taxels_is_at_most_the_requested_one():
     assert kinds(skin.findings) == {"small-piece": 1, "low-coverage": 1}
 
 
-def test_nothing_large_enough_is_an_error():
+def test_mesh_without_a_large_part_is_rejected():
     cloud = loose_pieces(300)
     with pytest.raises(SkinError, match="no piece of the mesh is large enough"):
         skin_of_mesh(Mesh(cloud.vertices, cloud.faces[-300:]), PlacementSpec(taxels=3))

@@ -71,7 +71,7 @@ def test_a_way_between_exact_places_is_straight_where_it_can_be():
     assert np.abs(across).max() < 1e-12
 
 
-def test_a_way_to_the_other_side_goes_around_not_through():
+def test_path_to_the_other_side_goes_around_not_through():
     ends = [tuple(locator().point(FOREARM, (0.5, share))) for share in (0.0, 0.5)]
     way = locator().surface_path(FOREARM, *ends)
     length = np.linalg.norm(np.diff(way, axis=0), axis=1).sum()
@@ -79,7 +79,7 @@ def test_a_way_to_the_other_side_goes_around_not_through():
     assert np.linalg.norm(np.diff(way, axis=0), axis=1).max() < 0.01
 
 
-def test_where_no_way_leads_there_it_is_the_end():
+def test_unreachable_place_gives_the_end_alone():
     patch = bar_skin().patches[0]
     taxels = Taxels(
         patch.taxels.positions,

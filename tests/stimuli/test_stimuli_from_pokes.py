@@ -46,7 +46,7 @@ def kinds(stimuli) -> list[str]:
     return [stimulus.kind for stimulus in stimuli]
 
 
-def test_a_press_that_stays_is_a_poke():
+def test_press_without_motion_is_a_poke():
     acts = [(10, PokePressed(1, at(0.1), TIP)), (90, PokeMoved(1, at(0.1003))), (110, PokeReleased(1))]
     (poke,) = stimuli_from_pokes(SKIN, acts, tick=TICK)
     assert poke.kind == "poke"
@@ -64,7 +64,7 @@ def test_an_even_straight_way_is_a_stroke():
     assert stroke.hold + 0.1 / stroke.speed + stroke.stay == pytest.approx(290 * TICK, abs=TICK)
 
 
-def test_a_wandering_hand_is_a_path_that_meets_every_place():
+def test_moving_finger_becomes_a_path_through_every_place():
     acts = wander(1)
     (path,) = stimuli_from_pokes(arm().skin, acts, tick=TICK)
     assert path.kind == "path"
@@ -110,7 +110,7 @@ def test_played_back_it_is_felt_as_before():
     assert np.abs(after - before).mean() < 0.005 * before.max()
 
 
-def test_a_rest_on_the_way_stays_a_rest():
+def test_pause_on_the_way_is_kept():
     moves = [(10 + k, PokeMoved(1, at(0.1 + 0.002 * k))) for k in range(20)]
     moves += [(300 + k, PokeMoved(1, at(0.15 + 0.002 * k))) for k in range(20)]
     (path,) = stimuli_from_pokes(SKIN, [(0, PokePressed(1, at(0.1), TIP)), *moves, (400, PokeReleased(1))], tick=TICK)

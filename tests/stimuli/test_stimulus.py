@@ -41,7 +41,7 @@ def kind(request):
     return lambda **values: STIMULUS_KINDS[request.param](**{**USUAL.get(request.param, {}), **values})
 
 
-def test_the_finger_is_as_said(kind):
+def test_finger_keeps_the_stated_values(kind):
     tip = kind(force=2.5, press=0.02, radius=0.01, stiffness=500.0).tip
     assert tip == Finger(stiffness=500.0, radius=0.01, max_force=2.5, speed=0.02)
 
@@ -88,6 +88,6 @@ def test_invalid_setting_is_rejected_by_name(kind, bad):
         ("path", {"patches": ("a",)}),
     ],
 )
-def test_each_kind_refuses_its_own(name, bad):
+def test_every_kind_rejects_its_invalid_values(name, bad):
     with pytest.raises(SceneError, match=rf"{name}\.{next(iter(bad))}"):
         STIMULUS_KINDS[name](**{**USUAL.get(name, {}), **bad})

@@ -30,7 +30,7 @@ def test_every_kind_survives_writing(tmp_path):
     assert load_stimuli(tmp_path / "script.toml") == ALL
 
 
-def test_only_what_is_not_as_usual_is_written():
+def test_only_values_that_differ_from_defaults_are_written():
     assert stimuli_to_toml([Poke()]) == '[[stimuli]]\nkind = "poke"\n'
     assert stimulus_to_table(Tap(at=(0.1, 0.2), taps=2, press=0.1)) == {"kind": "tap", "at": (0.1, 0.2), "taps": 2}
     assert "points = [\n  [0.0, 0.1, 0.2, 0.3],\n" in stimuli_to_toml(ALL), "a long way is one point a line"

@@ -36,7 +36,7 @@ def test_stroke_holds_moves_and_stays():
         assert cumulative_lengths(way)[-1] == pytest.approx(0.05, rel=0.01)
 
 
-def test_on_a_plane_the_contact_sways_by_radius_times_angle():
+def test_contact_on_a_plane_sways_by_radius_times_angle():
     roll = Roll(at=(0.2, 0.0, 0.02), radius=0.01, angle=90.0, rolls=3, seconds=2.0, hold=0.5)
     (track,) = roll.tracks(SkinLocator(bar_skin()))
     assert track.times[-1] == pytest.approx(0.5 + 3 * 2.0)
@@ -56,7 +56,7 @@ def test_the_heading_turns_it_about_the_normal():
     assert away[len(away) // 4, 1] > 0.005, "first to the left of the long axis, seen from outside"
 
 
-def test_on_a_cap_the_next_axis_gives_the_heading():
+def test_heading_on_a_cap_follows_the_next_axis():
     """The long axis of the skin is normal to the surface at the touched point."""
     upright = bar_skin().patches[0]
     turn = np.array([[0, 0, 1.0], [0, 1, 0], [-1, 0, 0]])
@@ -67,7 +67,7 @@ def test_on_a_cap_the_next_axis_gives_the_heading():
     assert np.ptp(track.points, axis=0).max() > 0.01
 
 
-def test_a_path_is_where_it_says_when_it_says():
+def test_path_reaches_its_places_at_its_times():
     points = ((0.0, 0.1, 0.0, 0.02), (0.5, 0.2, 0.0, 0.02), (2.0, 0.2, 0.04, 0.02))
     (track,) = FingerPath(points=points).tracks(SkinLocator(bar_skin()))
     for time, *place in points:
@@ -90,7 +90,7 @@ def test_fingers_of_a_grasp_surround_the_link_and_forces_cancel(fingers):
     assert {skin.patches[int(t.patches[0])].link for t in tracks} == {"forearm"}
 
 
-def test_where_the_skin_is_on_one_side_only_a_grasp_is_refused():
+def test_grasp_is_rejected_if_skin_is_on_one_side_only():
     with pytest.raises(SceneError, match=r"grasp\.fingers.*no skin.*bar"):
         Grasp(at=(0.2, 0.0, 0.02)).tracks(SkinLocator(bar_skin()))
 
@@ -107,7 +107,7 @@ def test_touches_follow_each_other_at_the_places_that_babbling_touches():
     assert all(one.times[-1] + 0.19 < other.times[0] for one, other in pairwise(found))
 
 
-def test_forces_and_shares_are_as_said():
+def test_forces_and_shares_follow_the_stimulus():
     found = tracks(touches=200, strokes=0.3, length=0.03, force=2.0)
     forces = np.array([track.tip.max_force for track in found])
     assert 1.0 <= forces.min() < 1.2

@@ -27,7 +27,7 @@ def presses(player, rounds=1) -> list[tuple[int, PokePressed]]:
     ]
 
 
-def test_one_stroke_presses_moves_and_lifts_within_its_time():
+def test_stroke_presses_moves_and_lifts_within_its_time():
     stroke = Stroke(start=(0.05, 0.0, 0.02), end=(0.15, 0.0, 0.02), hold=0.1, rest=0.2, speed=0.1, force=2.5)
     player = StimulusPlayer(bar_skin(), [stroke], tick=TICK)
     assert player.ticks == (0.1 + 1.0 + 0.2) / TICK
@@ -106,7 +106,7 @@ def test_every_press_is_lifted_and_no_finger_is_in_two_places(tick):
             assert not down
 
 
-def test_nothing_plays_nothing():
+def test_empty_script_plays_nothing():
     player = StimulusPlayer(bar_skin(), [], tick=TICK)
     assert (player.inputs(123), player.ticks, player.fingers) == ([], 0, ())
 

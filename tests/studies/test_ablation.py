@@ -36,13 +36,13 @@ def test_only_active_effects_have_a_cost_in_table_order():
     assert not {"joint_limits", "friction", "contact", "threshold", "sampling"} & set(found)
 
 
-def test_without_a_skin_nothing_of_the_sensor_has_a_price():
+def test_sensor_effects_without_skin_have_no_cost():
     found = ablation_cost(BAR, effects=replace(BAR.scene.effects, skin="off", sensor=NOISY), seconds=0.0)
     assert not {"skin", *SENSOR_KEYS} & set(found)
 
 
 @pytest.mark.long
-def test_same_clock_gives_the_same_prices_and_equal_times_cancel():
+def test_costs_are_reproducible_and_equal_times_cancel():
     found = ablation_cost(BAR, seconds=0.0, clock=Ticking())
     assert found == ablation_cost(BAR, seconds=0.0, clock=Ticking()) | {"skin": found["skin"]}
     assert {found[key] for key in ("dynamics", "fingers", "joint_limits")} == {0.0}

@@ -11,7 +11,7 @@ from tactile_maps.core.errors import UsageError
 from tactile_maps.studies.catalogue import load_study
 
 
-def test_command_line_knows_them_and_stays_light():
+def test_command_line_lists_studies_without_loading_them():
     code = "import sys; from tactile_maps.cli.parser import build_parser; build_parser(); print(sorted(sys.modules))"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     assert "'tactile_maps.studies.catalogue'" in loaded
@@ -19,7 +19,7 @@ def test_command_line_knows_them_and_stays_light():
         assert f"'{heavy}'" not in loaded
 
 
-def test_unknown_study_is_named_with_those_there_are():
+def test_unknown_study_is_rejected_with_the_valid_names():
     with pytest.raises(UsageError, match="coffee-cost.*map-cost or image-cost"):
         load_study("coffee-cost")
 

@@ -50,7 +50,7 @@ def test_intervals_cover_the_median_at_their_level():
         ((1.0, 1.0, math.inf), Verdict.NOT_DECIDED),
     ],
 )
-def test_it_is_the_interval_that_decides(interval, verdict):
+def test_interval_decides_the_hypothesis(interval, verdict):
     assert within(Interval(*interval), 0.9, 1.1) is verdict
 
 

@@ -38,7 +38,7 @@ def test_statistics_are_of_the_finite_values():
 
 
 @pytest.mark.parametrize("values", [[], [NAN, INF]])
-def test_of_nothing_known_they_are_unknown(values):
+def test_statistics_of_unknown_values_are_unknown(values):
     assert rms(np.array(values)) is None
     assert p95(np.array(values)) is None
 

@@ -68,7 +68,7 @@ def near(shape, normals=None) -> CachedNeighbourhood:
     )
 
 
-def test_it_holds_until_the_body_has_moved_by_the_slack_and_promises_less_on_the_way():
+def test_cached_points_are_valid_until_the_slack_with_a_shrinking_radius():
     ball = near(BALL)
     assert ball.search_radius == 0.01
     assert ball.holds(load(BALL, at=(0.0015, 0, 0.01)), 0.2)
@@ -86,7 +86,7 @@ def test_a_box_that_rolls_about_the_place_it_presses_hardly_moves_there():
     assert box.search_radius > 0.01 - 1.5 * 0.03 * turn
 
 
-def test_another_body_another_normal_and_another_question_are_other_neighbourhoods():
+def test_other_bodies_normals_and_radii_use_other_neighbourhoods():
     ball = near(BALL)
     assert ball.holds(load(Sphere(0.01)), 0.2), "an equal ball is the same"
     assert not ball.holds(load(Sphere(0.011)), 0.2)
@@ -95,7 +95,7 @@ def test_another_body_another_normal_and_another_question_are_other_neighbourhoo
     assert not ball.holds(load(BALL, normal=tilted), 0.2)
 
 
-def test_a_point_at_the_limb_is_far_while_it_looks_away():
+def test_point_that_faces_away_is_far():
     normals = np.tile(NORMAL, (len(GRID), 1))
     normals[0] = [np.sqrt(1 - 0.21**2), 0, 0.21]
     ball = near(BALL, normals)
@@ -151,7 +151,7 @@ def wander(shape, seed: int, steps: int = 120) -> Iterator[Load]:
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("kind", SHAPES)
 @pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.long)])
-def test_nothing_is_missing_below_what_is_promised(kind, seed):
+def test_all_points_within_the_stated_radius_are_found(kind, seed):
     shape = SHAPES[kind]()
     bed = LinkBroadphase(SKIN, LINK)
     here, positions, normals = link_points()
@@ -202,7 +202,7 @@ def test_slow_body_needs_one_search():
     assert id(far.points) not in points
 
 
-def test_many_bodies_are_remembered_and_memory_does_not_grow():
+def test_cache_of_many_bodies_is_bounded():
     bed = LinkBroadphase(SKIN, LINK)
     _, positions, normals = link_points()
     for number in range(0, len(positions), len(positions) // 200):
@@ -213,7 +213,7 @@ def test_many_bodies_are_remembered_and_memory_does_not_grow():
     assert first == [id(bed.near(load).points) for load in five]
 
 
-def test_no_point_bears_a_load_outside_the_skin_and_one_at_its_edge():
+def test_load_outside_or_at_the_edge_of_the_skin_has_no_point():
     skin = bar_skin()
     bed = LinkBroadphase(skin, "bar")
     points = quadrature_points(skin)
@@ -229,7 +229,7 @@ def test_no_point_bears_a_load_outside_the_skin_and_one_at_its_edge():
     assert bed.nearest(below) is None, "the skin on the other side is not pressed"
 
 
-def test_how_far_off_a_body_is_felt_does_not_depend_on_where_it_was():
+def test_range_of_a_body_does_not_depend_on_its_history():
     skin = bar_skin()
     bed = LinkBroadphase(skin, "bar")
     floating = [

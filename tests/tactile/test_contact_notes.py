@@ -27,7 +27,7 @@ def test_note_contains_the_name_of_the_body():
     assert contact_note_text(load_note(ContactNoteKind.OUTSIDE_SKIN, "", "hand")).startswith("something presses hand")
 
 
-def test_a_stiff_contact_says_what_the_time_step_bears():
+def test_stiff_contact_reports_the_largest_stable_stiffness():
     note = ContactNote(ContactNoteKind.UNSTABLE, ("ball", "hand"), 1e5, 2.5e4, 0.5e-3)
     text = contact_note_text(note)
     assert text.startswith("ball and hand may be unstable: 1e+05 N/m is too stiff")

@@ -65,7 +65,7 @@ def test_the_stick_circle_is_that_of_the_closed_form(share):
 
 
 @pytest.mark.parametrize("share", [0.2, 0.6, 0.95])
-def test_displacement_grows_as_the_closed_form_says(share):
+def test_displacement_follows_the_closed_form(share):
     """Q / (mu P) = 1 - (1 - k s / (mu p0))²."""
     bed = Bed(100)
     bed.load(share)
@@ -94,7 +94,7 @@ def test_loading_in_steps_is_loading_at_once():
 
 
 @pytest.mark.parametrize("share", [1 - 1e-9, 1.0, 1 + 1e-9])
-def test_at_the_limit_all_points_slide_in_the_direction_of_the_force(share):
+def test_all_points_slide_along_the_force_at_the_limit(share):
     bed = Bed()
     bed.load(0.3j)
     found = bed.load(share)

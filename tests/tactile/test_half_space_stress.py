@@ -95,7 +95,7 @@ def test_clumps_are_felt_as_their_points():
 
 
 @pytest.mark.long
-def test_it_is_the_same_in_blocks_of_any_size(monkeypatch):
+def test_result_does_not_depend_on_the_block_size(monkeypatch):
     whole = subsurface_field(SKIN, 2e-3)
     monkeypatch.setattr(module, "_BLOCK", 5_000)
     parts = subsurface_field(SKIN, 2e-3)
@@ -135,7 +135,7 @@ def test_grid_blur_is_the_sum_over_all_cells(pressures):
     np.testing.assert_allclose(GridBlur(SHAPE, PITCH, DEPTH).felt(pressures), plain, atol=1e-9 * plain.max())
 
 
-def test_on_a_bent_grid_distances_are_those_given(pressures):
+def test_stress_on_a_bent_grid_uses_the_given_distances(pressures):
     def chord(up, around):
         return np.hypot(up, 2 * 0.005 * np.sin(np.minimum(around / 0.01, np.pi / 2)))
 

@@ -30,7 +30,7 @@ def sensing(**stages) -> EffectsChanged:
 
 
 @pytest.mark.long
-def test_a_skin_that_is_dead_altogether_feels_nothing_and_control_goes_on():
+def test_dead_skin_reads_nothing_and_control_continues():
     """The controller that follows touch has nothing to follow: the arm is pushed as by a hand it does not know of."""
     run = play(BAR, 1.0, {1: [sensing(dead_taxels=DeadTaxels(dead=1.0)), FOLLOW, PRESS]})
     check_numbers(run)
@@ -85,7 +85,7 @@ def test_huge_and_tiny_forces_stay_numbers(name):
 
 
 @pytest.mark.long
-def test_a_session_whose_sensor_breaks_goes_on_from_where_it_was():
+def test_session_continues_after_its_sensor_fails():
     """A skin that dies while it is touched, and comes back: the contact is lost, found again, and held as before."""
     dies = sensing(dead_taxels=DeadTaxels(dead=1.0))
     repaired = EffectsChanged(BAR.scene.effects)

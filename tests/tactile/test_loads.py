@@ -189,7 +189,7 @@ def test_the_distance_is_that_to_the_closest_of_many_points_on_the_faces(name):
     assert found == pytest.approx(away, abs=3e-3)
 
 
-def test_repeated_corners_flat_faces_and_unused_vertices_do_no_harm():
+def test_repeated_corners_degenerate_faces_and_unused_vertices_are_ignored():
     mesh = SOLIDS["box"]
     soup = mesh.vertices[mesh.faces].reshape(-1, 3)
     faces = np.concatenate([np.arange(len(soup)).reshape(-1, 3), [[0, 0, 1], [0, 1, 0]]])
@@ -243,7 +243,7 @@ def test_mesh_without_inside_is_rejected_by_name():
 UP = np.array([0.0, 0.0, 1.0])
 
 
-def test_a_balls_lowest_point_is_as_deep_as_it_says():
+def test_lowest_point_of_a_ball_has_its_depth():
     point = np.array([0.1, 0.2, 0.3])
     normal = np.array([0.6, 0.0, 0.8])
     load = sphere_load("arm", point, normal, 5.0, 0.01, depth=0.002)

@@ -22,7 +22,7 @@ from tactile_maps.tactile.mechanics.receptive_field import (
 from tests.support.touch import arm, bar_skin, pair
 
 
-def test_they_come_patch_after_patch_and_name_the_skins_taxels():
+def test_fields_are_ordered_by_patch_and_use_taxel_numbers():
     _, skin = pair()
     points = quadrature_points(skin)
     second = skin.patches[1].taxels.quadrature
@@ -33,7 +33,7 @@ def test_they_come_patch_after_patch_and_name_the_skins_taxels():
     assert np.linalg.norm(points.normals, axis=1).min() > 0.99
 
 
-def test_bare_points_follow_those_that_taxels_read():
+def test_bare_points_follow_the_points_read_by_taxels():
     _, skin = pair()
     bare = BarePoints("left", np.ones((3, 3)), np.tile([0.0, 0.0, 1.0], (3, 1)), np.array([1.0, 2.0, 3.0]))
     read = quadrature_points(skin)

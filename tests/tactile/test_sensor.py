@@ -113,7 +113,7 @@ def test_crosstalk_conserves_force(covered, share):
         assert (read >= 0).all()
 
 
-def test_crosstalk_of_one_taxel_stays_with_its_neighbours_and_of_all_leaves_the_even_nearly_even():
+def test_crosstalk_spreads_to_neighbours_and_keeps_even_pressure_nearly_even():
     skin = arm().skin
     at_work = stage(Crosstalk(0.05), skin=skin)
     for taxel in (0, 150, len(skin) - 1):
@@ -152,7 +152,7 @@ def test_samples_fall_on_the_nearest_ticks_for_ever_and_arrive_after_the_delay(r
 @pytest.mark.parametrize(
     ("dead", "stuck"), [(0.0, 0.0), (0.02, 0.0), (0.1, 0.25), (0.333, 0.667), (1.0, 0.0), (0.0, 1.0)]
 )
-def test_as_many_are_broken_as_the_share_says(count, dead, stuck):
+def test_number_of_broken_taxels_follows_the_share(count, dead, stuck):
     codes = stage(DeadTaxels(dead, stuck), count).codes
     assert abs(np.count_nonzero(codes == 1) - dead * count) <= 0.5
     assert abs(np.count_nonzero(codes == 2) - stuck * count) <= 0.5 + 1e-9

@@ -35,7 +35,7 @@ def test_an_effect_that_is_off_costs_no_call(name):
     assert calls == [key for key in STAGES if key != name]
 
 
-def test_an_effect_that_stays_goes_on_and_one_that_changes_begins():
+def test_unchanged_effect_keeps_its_state_and_changed_one_restarts():
     live = chain(ALL_ON)
     steady = chain(ALL_ON)
     readings(live, pressed())

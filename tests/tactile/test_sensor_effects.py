@@ -80,7 +80,7 @@ def test_readings_above_saturation_are_clipped():
     assert readings(at_work, [[0.0, 0, 0, 200]])[0].tolist() == [0, 0, 0, 100]
 
 
-def test_no_reading_is_minus_nought():
+def test_no_reading_is_negative_zero():
     assert not np.signbit(readings(stage(Quantisation(step=200.0), 2), [[-30.0, -0.0]])).any()
 
 

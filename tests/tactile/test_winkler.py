@@ -20,7 +20,7 @@ def sorted_level(floors, areas, volume):
     raise AssertionError("the last floor always holds the rest")
 
 
-def test_it_is_the_level_of_sorting():
+def test_level_equals_the_one_found_by_sorting():
     generator = np.random.default_rng(0)
     for _ in range(300):
         count = int(generator.integers(1, 200))

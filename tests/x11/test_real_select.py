@@ -39,7 +39,7 @@ def selected(app):
     return [] if output is None else output["taxels"]
 
 
-def test_a_lasso_on_the_map_selects_what_it_encloses_and_escape_lets_go(app):
+def test_lasso_on_the_map_selects_enclosed_taxels_and_escape_clears(app):
     app.wait_for(lambda: app.read("places.json"))
     output = app.read("places.json")
     taxels = np.array(output["taxels"])

@@ -50,7 +50,7 @@ def test_its_lines_apply_effects_controller_and_task(scene):
 
 
 @pytest.mark.long
-def test_its_lines_are_those_of_a_scene(capsys, scene):
+def test_printed_lines_are_valid_in_a_scene(capsys, scene):
     assert main(["budget", str(scene), "--milliseconds", "2"]) == 0
     out = capsys.readouterr().out
     assert "ms a tick; off by" in out

@@ -45,7 +45,7 @@ def written(path, parts=PARTS):
     return str(path)
 
 
-def test_file_of_a_check_gives_numbers_and_a_page_that_loads_nothing(skin, tmp_path, capsys):
+def test_recorded_check_gives_numbers_and_a_self_contained_page(skin, tmp_path, capsys):
     report = tmp_path / "check.html"
     source = written(tmp_path / "a <b>.csv")
     words = ["check", source, "--skin", skin, "--order", "asked", "--report", str(report), "--json"]

@@ -106,7 +106,7 @@ def test_recording_is_run_as_long_as_it_is_with_its_task(capsys, recording, tmp_
 
 
 @pytest.mark.long
-def test_table_for_a_person_has_a_row_a_controller(capsys, scene):
+def test_printed_table_has_a_row_for_each_controller(capsys, scene):
     assert main(["compare", scene, "--controllers", "impedance,hold_force", *SHORT]) == 0
     head, *rows = capsys.readouterr().out.splitlines()
     assert all(title in head for title in ("map mm", "force N", "lost", "max N", "main limit"))

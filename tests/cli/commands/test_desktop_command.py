@@ -54,7 +54,7 @@ def test_entry_and_icon_are_written_and_removed(capsys):
     assert "no entry" in capsys.readouterr().out
 
 
-def test_words_with_signs_of_their_own_reach_the_command_whole():
+def test_arguments_with_special_characters_reach_the_command_unchanged():
     words = ('/home/a b/50% "new" $x`y/python', "-m", "tactile_maps")
     stated = parsed(desktop_entry(words))["Exec"].replace("\\\\", "\\").replace("%%", "%")
     quoted = re.findall(r'"((?:[^"\\]|\\.)*)"', stated)

@@ -49,7 +49,7 @@ def scene(tmp_path):
 
 
 @pytest.mark.long
-def test_as_json_and_as_a_page(capsys, scene, tmp_path):
+def test_result_is_written_as_json_and_as_a_page(capsys, scene, tmp_path):
     status, out, _ = call(capsys, "inspect", scene, "--costs", "--json", "--report", tmp_path / "page.html")
     assert status == 0
     page = (tmp_path / "page.html").read_text(encoding="utf8")
@@ -85,7 +85,7 @@ def test_as_json_and_as_a_page(capsys, scene, tmp_path):
     assert "friction on" in problem["remedy"]
 
 
-def test_for_a_person(capsys, scene):
+def test_result_is_printed_as_text(capsys, scene):
     status, out, _ = call(capsys, "inspect", scene)
     assert status == 0
     lines = out.splitlines()

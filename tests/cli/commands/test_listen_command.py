@@ -172,7 +172,7 @@ def test_source_without_readings_prints_its_port_and_leaves_no_recording(skin, t
     assert not path.exists()
 
 
-def test_file_without_a_valid_row_is_not_said_to_need_a_sender(skin, tmp_path, capsys):
+def test_file_without_a_valid_row_does_not_ask_for_a_sender(skin, tmp_path, capsys):
     path = tmp_path / "readings.csv"
     path.write_text("time,3\nnow,1\n")
     assert main(["listen", str(path), "--skin", skin]) == 1
@@ -253,7 +253,7 @@ DRIVER = "FILE --send udp://127.0.0.1:9"
         *((f"FILE --threshold={value}", 2, "--threshold") for value in ("0", "-1", "nan", "2e8", "high")),
     ],
 )
-def test_wrong_options_are_one_message(words, code, problem, readings, skin, capsys):
+def test_conflicting_options_give_one_message(words, code, problem, readings, skin, capsys):
     source, *options = shlex.split(words)
     assert main(["listen", readings if source == "FILE" else source, *options, "--skin", skin]) == code
     message = capsys.readouterr().err

@@ -273,7 +273,7 @@ def test_recording_that_fails_is_the_reason_why_sending_stops(trial):
     ] * 3
 
 
-def test_driver_that_is_not_there_is_named_before_anything_moves(trial):
+def test_missing_driver_is_named_before_any_motion(trial):
     trial.driver.close()
     words = ["--robot", str(trial.folder / "bar.xml"), "--skin", str(trial.folder / "bar.npz"), "--token", TOKEN]
     words += ["--controller", "hold_force", "--send", f"udp://{LOOPBACK}:{trial.port}", "--for", "1"]
@@ -284,7 +284,7 @@ def test_driver_that_is_not_there_is_named_before_anything_moves(trial):
 
 
 @pytest.mark.long
-def test_driver_that_goes_away_stops_and_is_named(trial):
+def test_lost_driver_stops_motion_and_is_named(trial):
     trial.run(act=lambda trial: trial.driver.close(), until=lambda trial: "sending stopped" in trial.errors)
     motion = trial.result["motion"]
     assert motion["stopped"] == "no program receives at the driver's address"
@@ -367,7 +367,7 @@ def test_speed_limit_of_the_command_line_holds_in_both_directions(trial, force, 
     ],
     ids=["silent", "joint", "far joint", "huge values", "clock", "restart"],
 )
-def test_readings_that_go_wrong_stop_by_name(trial, change, reason):
+def test_invalid_readings_stop_motion_with_the_reason(trial, change, reason):
     def go_wrong(trial):
         for name, value in change.items():
             setattr(trial, name, value)
@@ -378,7 +378,7 @@ def test_readings_that_go_wrong_stop_by_name(trial, change, reason):
     assert trial.states.count("moving") == sent
 
 
-def test_nothing_moves_before_all_is_heard(trial):
+def test_motion_starts_only_after_all_readings_have_arrived(trial):
     trial.joints = {}
     steady = trial.clock
 

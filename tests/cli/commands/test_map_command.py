@@ -75,7 +75,7 @@ def test_options_take_effect(capsys, cap, words):
 
 
 @pytest.mark.long
-def test_unwrapped_obj_comes_back_as_a_map(capsys, cap, tmp_path):
+def test_unwrapped_obj_is_read_as_a_map(capsys, cap, tmp_path):
     skin = tmp_path / "map.npz"
     obj = tmp_path / "map.obj"
     first = result_of(capsys, "map", cap, *FEW, "-o", skin)
@@ -205,7 +205,7 @@ def test_value_may_begin_with_a_minus_sign(capsys, cap, first):
 
 
 @pytest.mark.long
-def test_grid_that_is_stated_is_taken(capsys, cap):
+def test_stated_grid_is_used(capsys, cap):
     variants = ((), ("--no-mirrored",), ("--mirrored",))
     chosen, first, second = (result_of(capsys, "map", cap, *GRID, *more) for more in variants)
     assert chosen["stress"] == first["stress"] != second["stress"]

@@ -71,7 +71,7 @@ def test_ctrl_c_keeps_finished_cases_for_resume(tmp_path, capsys, monkeypatch):
 
 
 @pytest.mark.long
-def test_budget_ends_it_with_the_best_table_there_is(tmp_path, capsys, monkeypatch):
+def test_budget_ends_the_study_with_the_table_so_far(tmp_path, capsys, monkeypatch):
     words = ["study", "image-cost", "--quick", "--json", "-o", str(tmp_path)]
     clock = time.monotonic
     later = [0.0]

@@ -23,7 +23,7 @@ def scene(tmp_path):
 
 
 @pytest.mark.long
-def test_it_reads_its_weight(capsys, scene):
+def test_calibrated_skin_reads_the_weight(capsys, scene):
     assert main(["weigh", scene, "--json"]) == 0
     result = json.loads(capsys.readouterr().out.splitlines()[-1])
     assert result["expected_N"] == pytest.approx(0.981)
@@ -39,7 +39,7 @@ def test_it_reads_its_weight(capsys, scene):
 
 
 @pytest.mark.long
-def test_words_for_a_person_and_another_weight_and_a_page(capsys, scene, tmp_path):
+def test_given_weight_and_model_are_printed_and_written_to_a_page(capsys, scene, tmp_path):
     page = tmp_path / "page.html"
     assert main(["weigh", scene, "--mass", "0.5", "--model", "point", "--report", str(page)]) == 0
     out = capsys.readouterr().out

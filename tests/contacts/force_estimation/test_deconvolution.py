@@ -32,7 +32,7 @@ def test_its_columns_keep_force(depth):
     assert np.diag(matrix).min() > 0.1
 
 
-def test_it_says_what_the_half_space_model_feels():
+def test_blur_matrix_agrees_with_the_half_space_model():
     pressures = np.random.default_rng(0).random(len(SKIN))
     points = quadrature_points(SKIN)
     felt = np.zeros(len(SKIN))
@@ -150,7 +150,7 @@ def test_force_is_found_below_a_cover(depth, share):
         assert found.residual < 1e-6 * exact.region.peak
 
 
-def test_without_noise_it_is_least_squares():
+def test_deconvolution_without_noise_is_least_squares():
     random = np.random.default_rng(0)
     matrix = random.normal(size=(8, 8))
     expected = random.normal(size=8)

@@ -59,7 +59,7 @@ def test_fewer_readings_than_unknowns_are_singular():
 
 
 @pytest.mark.parametrize("depth", [0.0, 0.002, 0.005])
-def test_it_is_the_regions_force(depth):
+def test_area_sum_equals_the_force_of_the_region(depth):
     given = reading(depth=depth)
     found = AreaSum(SKIN).estimate(given)
     assert found.force == pytest.approx(given.region.force, rel=1e-12)

@@ -24,7 +24,7 @@ from tests.support.touch import bar_map, bar_skin
 
 
 @pytest.mark.parametrize("name", ESTIMATORS)
-def test_each_finds_the_force(name):
+def test_every_estimator_finds_the_force(name):
     given = reading(depth=0.003, wrench=Wrench(-10.0 * UP, np.cross(PLACE, -10.0 * UP)))
     found = build_estimator(name, SKIN, depth=0.003).estimate(given)
     assert found.force == pytest.approx(10.0, rel=0.1)
@@ -138,7 +138,7 @@ def test_held_sample_is_estimated_once():
 
 
 @pytest.mark.long
-def test_where_a_method_refuses_the_region_keeps_the_sum():
+def test_region_keeps_the_sum_if_a_method_refuses():
     deep = 4 * DEPTH
     pressures = HalfSpaceModel(FOREARM_SKIN, layer=ElasticLayer(depth=deep)).pressures([ball(0.2)])
     noise = 0.1 * float(pressures.max())
@@ -169,7 +169,7 @@ def test_invalid_reading_counts_as_unpressed(name, broken):
     assert got[0] == got[1] > 0
 
 
-def test_a_pull_is_no_contact_force():
+def test_pull_is_not_a_contact_force():
     pressures = felt(ball(0.2))
     (region,) = ContactDetector(MAP).read(pressures)
     pressures = np.full_like(pressures, -1.0)

@@ -58,6 +58,6 @@ def test_estimate_without_place_states_the_reason(wrench, why):
     assert found.refused is why
 
 
-def test_without_a_sensor_it_is_refused():
+def test_missing_sensor_is_rejected():
     with pytest.raises(MapError, match="no force-torque data"):
         ForceTorqueSensor(SKIN).estimate(reading())

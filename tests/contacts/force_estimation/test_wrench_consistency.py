@@ -42,7 +42,7 @@ def mismatch(regions, wrench):
     return wrench_mismatch("bar", wrench, regions, POSITIONS)
 
 
-def test_one_region_is_never_a_mismatch_whatever_the_wrench():
+def test_single_region_is_never_a_mismatch():
     (region,) = seen(ball(0.2))
     assert mismatch((region,), wrench_of(ball(0.1), ball(0.3))) is None
     assert mismatch((), wrench_of(ball(0.2))) is None
@@ -78,7 +78,7 @@ def test_forces_without_a_resultant_are_a_mismatch():
     assert found.strongest == pytest.approx(10.0, rel=0.02)
 
 
-def test_noise_of_the_sensor_is_no_mismatch():
+def test_sensor_noise_is_not_a_mismatch():
     """The threshold is 4 standard deviations: none of 300 readings is a mismatch if the second contact has no force."""
     rng = np.random.default_rng(0)
     noise = 0.5
@@ -90,7 +90,7 @@ def test_noise_of_the_sensor_is_no_mismatch():
         assert mismatch((first, replace(second, force=0.0)), read) is None
 
 
-def test_one_body_over_a_gap_in_the_skin_is_one_touch():
+def test_body_over_a_gap_in_the_skin_is_one_contact():
     """The force acts between two regions whose extents overlap, which is not a mismatch."""
     (region,) = seen(ball(0.2))
     reach = np.linalg.norm(POSITIONS[region.taxels] - region.link_position, axis=1).max()

@@ -18,7 +18,7 @@ def longest(mesh: Mesh) -> float:
 
 @pytest.mark.parametrize("name", ["cube", "two triangles", "one triangle", "spike", "star", "book", "needles", "rod"])
 @pytest.mark.parametrize("share", [0.3, 0.05])
-def test_no_edge_is_too_long_and_the_shape_stays(name: str, share: float) -> None:
+def test_edges_are_short_enough_and_the_shape_is_unchanged(name: str, share: float) -> None:
     mesh = hard_mesh(name)
     result = subdivide(mesh, longest=share * mesh.size)
     fine = result.mesh
@@ -73,7 +73,7 @@ def _random_points(surface, count, seed=0):
 
 
 @pytest.mark.parametrize("count", [0, 1, 30, 3000])
-def test_points_become_vertices_and_the_surface_stays(count):
+def test_points_become_vertices_and_the_surface_is_unchanged(count):
     surface = cap(1.0, rings=8)
     faces, weights = _random_points(surface, count)
     mesh, vertices = insert_vertices(surface, faces, weights)

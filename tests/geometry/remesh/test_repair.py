@@ -57,7 +57,7 @@ def test_welding_keeps_the_shape_far_from_the_origin() -> None:
     assert cleaned.area == pytest.approx(HARD_MESHES["cube"].area, rel=1e-9)
 
 
-def test_unused_vertices_go() -> None:
+def test_unused_vertices_are_removed() -> None:
     cleaned, _ = clean_mesh(Mesh([[9, 9, 9], [0, 0, 0], [1, 0, 0], [0, 1, 0]], [[1, 2, 3]]))
     assert len(cleaned.vertices) == 3
 
@@ -132,7 +132,7 @@ def test_a_flat_face_on_the_border_is_left_to_be_dropped() -> None:
     assert owner.tolist() == [0, 1, 2, 3]
 
 
-def test_no_flip_makes_an_edge_that_is_there_already() -> None:
+def test_no_flip_creates_an_existing_edge() -> None:
     pocket = Mesh([[0, 0, 0], [2, 0, 0], [1, 0, 0], [1, 1, 0]], [[0, 2, 1], [0, 1, 3], [2, 0, 3], [1, 2, 3]])
     faces, _, flat = flipped_away(pocket)
     assert flat.tolist() == [True, False, False, False]

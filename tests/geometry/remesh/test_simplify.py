@@ -50,7 +50,7 @@ def _volume(mesh: Mesh) -> float:
 
 
 @pytest.mark.sampled(2)
-def test_no_place_is_farther_away_than_is_said(mesh):
+def test_no_point_is_farther_away_than_stated(mesh):
     levels = simplify(mesh, TOLERANCES)
     assert levels
     for level in levels:
@@ -62,7 +62,7 @@ def test_no_place_is_farther_away_than_is_said(mesh):
 
 
 @pytest.mark.sampled(2)
-def test_a_closed_surface_stays_closed_and_looks_outward(mesh):
+def test_closed_surface_stays_closed_and_faces_outward(mesh):
     for level in simplify(mesh, TOLERANCES):
         coarse, _ = coarse_mesh(mesh, level.faces)
         assert coarse.connectivity.is_closed == mesh.connectivity.is_closed

@@ -168,7 +168,7 @@ def test_cost_for_long_edges_over_many_loose_faces_is_linear() -> None:
     assert cost.memory < 5_000 * len(soup)
 
 
-def test_borders_that_no_surface_continues_are_no_cracks() -> None:
+def test_border_without_continuing_surface_is_not_a_crack() -> None:
     strip = band(0, 0.01, EVEN, EVEN)
     sheets = joined(band(0, 0.3, EVEN, EVEN), band(0, 0.3, ENDS, ENDS))
     apart = Mesh(

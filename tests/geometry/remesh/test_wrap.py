@@ -82,7 +82,7 @@ def test_closing_spans_a_hole_and_so_cuts_the_handle() -> None:
     assert spanned.connectivity.euler_characteristic == 2
 
 
-def test_a_grid_too_large_is_made_coarser_and_said(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_too_large_grid_is_made_coarser_and_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(wrap_module, "MAX_NODES", 20_000)
     result = wrap_mesh(SPHERE, thickness=0.002, voxel=0.002, where="ball")
     assert [f.kind for f in result.findings] == ["coarse-wrap"]
@@ -99,7 +99,7 @@ def test_a_part_left_out_before_the_gaps_are_filled_does_not_come_back(voxel: fl
     assert [(f.kind, f.count) for f in result.findings] == [("loose-part", 1)]
 
 
-def test_loose_parts_are_said() -> None:
+def test_loose_parts_are_reported() -> None:
     result = wrap_mesh(HARD_MESHES["two components"], thickness=0.005, voxel=0.008)
     assert [(f.kind, f.count) for f in result.findings] == [("loose-part", 1)]
 

@@ -26,13 +26,13 @@ def test_pressure_is_gain_times_what_is_above_offset_and_baseline():
     assert pressures.tolist() == [8.0, 15.0]
 
 
-def test_what_is_known_follows_from_the_unit():
+def test_known_quantities_follow_from_the_unit():
     assert not Calibration.plain(3, Unit.COUNTS).known
     assert Calibration.plain(3, Unit.KILOPASCAL).gain.tolist() == [1000.0] * 3
 
 
 @pytest.mark.parametrize("gain", [0.0, np.nan, np.inf, 1e12])
-def test_a_gain_that_is_none_is_refused(gain):
+def test_invalid_gain_is_rejected(gain):
     with pytest.raises(LiveError, match="gain, taxel 1"):
         Calibration([1.0, gain], [0.0, 0.0])
 
@@ -49,7 +49,7 @@ def test_a_weight_sets_the_scale():
         calibration.with_weight(change, areas, np.nan)
 
 
-def test_it_reads_back_as_it_was_saved(tmp_path):
+def test_saved_calibration_is_read_back_unchanged(tmp_path):
     random = np.random.default_rng(0)
     path = tmp_path / "gains.csv"
     saved = Calibration(random.uniform(1, 5, 60), random.normal(size=60))

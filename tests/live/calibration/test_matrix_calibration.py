@@ -61,7 +61,7 @@ def test_matrices_are_recovered_from_exact_readings_and_give_the_forces_back(ski
     assert (len(found.pooled), found.rows[3]) == (len(skin) - 2, 76)
 
 
-def test_uncertainty_and_held_out_errors_are_those_of_the_noise(skin):
+def test_uncertainty_and_held_out_errors_match_the_noise(skin):
     log, matrices = made(skin, taxels=(3,), rows=300, noise=20.0)
     found = fit_matrices(log, skin)
     true = skin.areas[3] * 20.0 * np.linalg.norm(matrices[3], axis=1)

@@ -49,7 +49,7 @@ def test_the_mean_counts_and_not_one_noisy_reading():
     assert abs(frame.regions[0].force - 2.0) < 0.2
 
 
-def test_on_some_taxels_only_they_are_summed_and_changed():
+def test_weighing_of_chosen_taxels_sums_and_changes_only_them():
     known = Calibration(np.full(60, 50.0), np.full(60, 20.0))
     session = tared(calibration=known)
     drifted = COUNTS + np.where(np.isin(np.arange(60), UNDER), 0.0, 40.0)
@@ -101,13 +101,13 @@ def test_contact_of_an_inverted_sensor_is_found_in_counts_before_a_weight():
 
 
 @pytest.mark.parametrize(("mass", "seconds", "taxels"), [(0, 1, None), (1, 0, None), (1, 61, None), (1, 1, [])])
-def test_there_must_be_a_weight_a_time_and_a_place(mass, seconds, taxels):
+def test_weight_time_and_contact_are_required(mass, seconds, taxels):
     with pytest.raises(LiveError) as refused:
         Weighing(mass, seconds, taxels, 0.0)
     assert refused.value.remedy
 
 
-def test_the_last_while_is_averaged_and_must_have_come_to_rest():
+def test_last_seconds_are_averaged_and_must_be_at_rest():
     recent = RecentReadings(0.5)
     noise = np.random.default_rng(0).normal(0, 1, (200, 4))
     with pytest.raises(LiveError, match="no reading"):

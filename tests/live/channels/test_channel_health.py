@@ -30,7 +30,7 @@ def test_dead_and_stuck_channels_are_found_and_no_others():
     assert found == (SilentChannel(12, 0.0, False), SilentChannel(40, 255.0, True))
 
 
-def test_one_that_dies_later_is_found_and_one_that_lives_again_is_not():
+def test_channel_that_fails_later_is_found_and_a_recovered_one_is_not():
     health = watched(lambda number: noisy(number, t12=0.0) if number > 100 else noisy(number))
     assert [one.taxel for one in health.silent] == [12]
     for number in range(300, 600):
@@ -49,7 +49,7 @@ def test_a_contact_elsewhere_makes_none_suspect():
     assert watched(values).silent == ()
 
 
-def test_parts_of_a_skin_may_come_apart():
+def test_parts_of_a_skin_may_arrive_separately():
     health = ChannelHealth(bar_skin(), seconds=2.0)
     for number in range(300):
         half = ALL[number % 2 :: 2]

@@ -65,11 +65,11 @@ def test_falling_values_are_found_and_are_contacts_after_the_sign_is_changed():
     ],
     ids=["four readings", "one taxel", "rising values", "inverted", "a deeper rise elsewhere", "noise"],
 )
-def test_other_readings_are_no_falling_values(touches, options):
+def test_other_readings_are_not_falling_values(touches, options):
     assert not session_of(touches, **options).facts.falling
 
 
-def test_a_new_tare_forgets_the_fall():
+def test_new_tare_resets_the_fall():
     session = session_of([PRESSED] * 10)
     session.tare(20)
     assert not session.facts.falling

@@ -24,7 +24,7 @@ def skin(**identity):
 IDS = 1000 + 7 * np.arange(60)
 
 
-def test_by_id_in_any_order():
+def test_readings_are_matched_by_id_in_any_order():
     taxels, values = TaxelMatcher(skin(ids=IDS)).match(Reading(0.0, [5.0, 6.0], ids=[IDS[9], IDS[2]]))
     assert dict(zip(taxels, values, strict=True)) == {9: 5.0, 2: 6.0}
 
@@ -120,14 +120,14 @@ def test_table_of_ids_may_name_taxels_by_link_and_id(tmp_path):
         load_matching(path, two_links())
 
 
-def test_by_module_and_channel():
+def test_readings_are_matched_by_module_and_channel():
     matcher = TaxelMatcher(skin(modules=np.arange(60) // 12, channels=np.arange(60) % 12))
     taxels, _ = matcher.match(Reading(0.0, [1.0, 2.0], channels=[[2, 3], [9, 0]]))
     assert taxels.tolist() == [27]
     assert matcher.unknown == {"module 9, channel 0"}
 
 
-def test_without_labels_all_taxels_in_order_or_none():
+def test_readings_without_labels_must_have_all_taxels_in_order():
     matcher = TaxelMatcher(bar_skin())
     taxels, values = matcher.match(Reading(0.0, np.arange(60.0)))
     assert np.array_equal(taxels, np.arange(60))

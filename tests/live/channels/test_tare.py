@@ -110,14 +110,14 @@ def test_a_touch_during_a_part_of_the_tare_is_left_out_and_named(touch):
 
 @pytest.mark.parametrize("seed", [0, *(pytest.param(n, marks=pytest.mark.long) for n in range(1, 5))])
 @pytest.mark.parametrize("frames", [5, 20, 50])
-def test_noise_and_drift_of_all_taxels_during_the_tare_are_no_touch(seed, frames):
+def test_noise_and_drift_during_the_tare_are_not_a_touch(seed, frames):
     drift = np.linspace(0, 30, frames)[:, None] * np.ones(60)
     session = tared(readings(drift, seed))
     assert session.facts.touched_in_tare == session.facts.held_in_tare == ()
 
 
 @pytest.mark.parametrize("seed", [10009, pytest.param(10001, marks=pytest.mark.long)])
-def test_clipped_noise_during_the_tare_is_no_touch(seed):
+def test_clipped_noise_during_the_tare_is_not_a_touch(seed):
     """A few readings of neighbours may be 0 together, which shows no noise."""
     skin = bar_skin(400, finer=3)
     tare = Tare(len(skin), 10)

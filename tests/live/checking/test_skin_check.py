@@ -167,7 +167,7 @@ def test_two_swapped_modules_are_named_after_each_has_responded_twice_for_the_ot
     assert swap.parts == ("module 10", "module 13")
 
 
-def test_response_of_another_part_is_asked_again_before_it_counts():
+def test_response_of_another_part_must_repeat_before_it_counts():
     check = run([PARTS[3], PARTS[0], *PARTS[1:]])
     assert outcomes(check) == [Outcome.FELT] * 4
     assert faults(check) == {}
@@ -185,7 +185,7 @@ def test_two_swapped_channels_of_different_modules_are_named():
     assert faults(check) == {ChannelFault.SWAPPED: sorted([a, b])}
 
 
-def test_touch_of_two_distant_modules_is_not_taken_for_the_one_that_is_asked_for():
+def test_touch_of_two_distant_modules_does_not_count_for_the_requested_one():
     both = np.concatenate([PARTS[0], PARTS[3]])
     check = SkinCheck(SKIN)
     for values, time in pressed(SKIN, [both]):
@@ -240,7 +240,7 @@ def test_recording_of_any_touches_names_dead_channels_among_felt_neighbours_only
     assert all(far not in those for those in found.values())
 
 
-def test_cover_that_recovers_slowly_is_not_taken_for_another_touch():
+def test_slow_recovery_of_a_cover_is_not_another_touch():
     residue = np.zeros(len(SKIN))
 
     def change(values, number):

@@ -113,7 +113,7 @@ def test_loop_that_shares_its_time_combines_readings_once_it_is_late(waiting, fr
     assert made[-1].measured.sequence == waiting - 1
 
 
-def test_a_file_is_taken_reading_by_reading_although_motion_is_sent():
+def test_file_is_processed_reading_by_reading_while_motion_is_sent():
     motion = Motion(active=True)
     loop, frames = loop_of(motion, finite=True)
     while loop.step():
@@ -121,7 +121,7 @@ def test_a_file_is_taken_reading_by_reading_although_motion_is_sent():
     assert len(frames) == motion.taken == 5
 
 
-def test_on_threads_it_ends_with_its_source_and_stops_motion():
+def test_loop_on_threads_ends_with_its_source_and_stops_motion():
     motion = Motion()
     loop, frames = loop_of(motion, finite=True)
     loop.start()
@@ -132,7 +132,7 @@ def test_on_threads_it_ends_with_its_source_and_stops_motion():
     assert not {"commands", "watchdog"} & {thread.name for thread in threading.enumerate()}
 
 
-def test_what_goes_wrong_stops_motion_and_is_raised():
+def test_error_stops_motion_and_is_raised():
     motion = Motion()
 
     def fail(_frame):
@@ -149,7 +149,7 @@ def test_what_goes_wrong_stops_motion_and_is_raised():
         loop.close()
 
 
-def test_the_watchdog_looks_while_a_pass_takes_long():
+def test_watchdog_checks_during_a_long_pass():
     motion = Motion()
     passed = []
 

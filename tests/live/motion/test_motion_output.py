@@ -132,7 +132,7 @@ def test_motion_starts_from_the_posture_measured_at_the_start():
     assert robot.velocities == [0.0]
 
 
-def test_what_is_too_fast_is_slowed_as_a_whole_and_counted():
+def test_too_fast_motion_is_scaled_uniformly_and_counted():
     sent = []
     sender = MotionSender(("a", "b"), lambda packet: sent.append(json.loads(packet)), MotionLimits(speed=0.1))
     sender.start(0.0)
@@ -214,7 +214,7 @@ def test_a_contact_beyond_the_limit_stops():
     assert robot.output.sending.detail == "9.0 N, 8 N allowed"
 
 
-def test_the_controllers_own_stop_stops():
+def test_stop_of_the_controller_stops_sending():
     robot = Robot(
         limits=MotionLimits(force=100.0), settings=ControlSettings(controller="hybrid", force_goal=2.0, max_force=10.0)
     )
@@ -226,7 +226,7 @@ def test_the_controllers_own_stop_stops():
     assert _stopped(robot) is StopReason.CONTROLLER
 
 
-def test_a_stream_that_ceases_stops_and_one_that_comes_again_does_not_start():
+def test_lost_stream_stops_motion_and_its_return_does_not_restart_it():
     robot = _moving()
     robot.now += 0.9 * OLDEST_SECONDS
     robot.output.check()
@@ -237,7 +237,7 @@ def test_a_stream_that_ceases_stops_and_one_that_comes_again_does_not_start():
     assert robot.output.sending.detail == "none for 0.17 s"
 
 
-def test_a_hand_stops_and_starts_again():
+def test_user_stops_and_restarts_motion():
     robot = _moving()
     robot.output.halt()
     assert _stopped(robot) is StopReason.BY_HAND
@@ -246,7 +246,7 @@ def test_a_hand_stops_and_starts_again():
     assert robot.put[-1]["state"] == "moving"
 
 
-def test_what_cannot_be_sent_stops_and_says_why():
+def test_failed_sending_stops_motion_with_the_reason():
     robot = Robot()
     lost = []
     robot.read()
@@ -295,7 +295,7 @@ def test_no_motion_is_requested_without_posture_and_sending_waits_for_it():
     assert robot.output.sending.sending
 
 
-def test_other_settings_are_taken_and_bad_ones_are_not():
+def test_valid_settings_are_applied_and_invalid_ones_rejected():
     robot = Robot()
     robot.read()
     robot.output.use(ControlSettings(controller="impedance"))
@@ -305,7 +305,7 @@ def test_other_settings_are_taken_and_bad_ones_are_not():
     assert "no desired motion" in robot.output.problem
 
 
-def test_readings_far_apart_are_no_stream():
+def test_sparse_readings_are_not_a_stream():
     controller = MeasuredController(prepared_bar().robot, prepared_bar().map, FORWARD)
     robot = Robot()
     robot.read()
@@ -391,7 +391,7 @@ def test_taxels_that_are_not_sent_any_more_stop_by_their_names():
 
 
 @pytest.mark.long
-def test_parts_of_the_skin_may_come_in_turn():
+def test_parts_of_the_skin_may_arrive_in_turn():
     robot = Robot()
     robot.start()
     for number in range(100):
@@ -486,7 +486,7 @@ def test_a_threshold_that_cuts_through_a_press_does_not_split_its_force():
     assert _stopped(robot) is StopReason.FORCE
 
 
-def test_noise_of_the_skin_is_no_force():
+def test_noise_of_the_skin_is_not_a_force():
     skin = bar_skin()
     noise = TaxelNoise(np.full(60, 100.0), np.full(60, 1e6))
     robot = Robot()
@@ -500,7 +500,7 @@ def test_noise_of_the_skin_is_no_force():
     assert strongest_patch(robot.session.frame, skin, None).total == 0.0
 
 
-def test_a_tare_gives_the_noise():
+def test_tare_measures_the_noise():
     robot = Robot()
     assert robot.session.readings.noise is None
     robot.session.tare(20)
@@ -528,7 +528,7 @@ def test_a_pressure_that_the_calibration_makes_impossible_stops_by_the_taxels_na
     assert robot.output.sending.detail == f"taxel 13: {pressure:g} Pa after calibration. From -100000 to 1e+07 Pa"
 
 
-def test_a_force_that_is_no_number_stops():
+def test_force_that_is_not_finite_stops_motion():
     sent = []
     sender = MotionSender(("a",), sent.append, LIMITS)
     sender.start(0.0)
@@ -546,7 +546,7 @@ def test_the_force_is_checked_before_the_controller():
     assert robot.output.sending.stopped is StopReason.FORCE
 
 
-def test_a_controller_that_takes_too_long_sends_nothing():
+def test_slow_controller_sends_nothing():
     robot = _moving()
     robot.delays = [0.0, VALID_SECONDS + 0.01]  # the second time is read after the controller has run
     robot.read(1.0)
@@ -587,7 +587,7 @@ def test_velocities_that_are_not_finite_are_not_sent():
     assert [packet["state"] for packet in sent] == ["stopped"] * 3
 
 
-def test_waiting_says_that_readings_are_refused():
+def test_waiting_state_reports_rejected_readings():
     robot = Robot()
     robot.start()
     for step in (STEP, STEP, 2 * OLDEST_SECONDS):
@@ -624,7 +624,7 @@ def test_after_a_stop_from_another_thread_nothing_is_sent():
     assert "stopped" not in sent[:-3]
 
 
-def test_the_watchdog_names_a_joint_that_is_not_heard_where_readings_still_come():
+def test_watchdog_names_a_missing_joint_while_readings_arrive():
     robot = _moving()
     robot.now += WATCHDOG_SECONDS - 0.01
     robot.session.apply(Arrived(Reading(robot.now, np.zeros(60), Unit.PASCAL), robot.now))

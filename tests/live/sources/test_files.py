@@ -121,7 +121,7 @@ def test_columns_may_be_ids_with_their_link(tmp_path):
         ("time,3\n", "contains no readings"),
     ],
 )
-def test_a_header_that_says_what_it_cannot_is_refused(tmp_path, text, said):
+def test_contradictory_header_is_rejected(tmp_path, text, said):
     path = tmp_path / "readings.csv"
     path.write_text(text)
     with pytest.raises(LiveError, match=said) as caught:
@@ -172,7 +172,7 @@ def test_recorded_samples_of_a_real_skin_are_read_whole():
     assert all(isinstance(one, Reading) and len(one.values) == 716 for one in readings)
 
 
-def test_our_own_recording_is_readings_again(tmp_path):
+def test_own_recording_can_be_played_as_readings(tmp_path):
     session = Session(prepared_bar())
     session.press(session.prepared.skin.taxel_point(30))
     path = tmp_path / "own.mcap"
@@ -190,7 +190,7 @@ def test_our_own_recording_is_readings_again(tmp_path):
         open_source(str(path), SourceOptions()).open()
 
 
-def test_it_is_played_at_its_speed(tmp_path):
+def test_file_is_played_at_its_speed(tmp_path):
     path = tmp_path / "readings.csv"
     waited = []
     path.write_text("time,3\n5.0,1\n5.5,2\n6.0,3\n")

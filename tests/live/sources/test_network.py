@@ -46,7 +46,7 @@ def test_udp_packets_arrive_and_foreign_ones_are_malformed(udp):
     assert source.receive(0.0) is None
 
 
-def test_a_port_in_use_is_refused_and_a_closed_source_says_so(udp):
+def test_port_in_use_is_rejected_and_a_closed_source_reports_it(udp):
     source, _ = udp
     other = UdpSource("127.0.0.1", source.port)
     with pytest.raises(LiveError, match="cannot listen on the port"):
@@ -55,7 +55,7 @@ def test_a_port_in_use_is_refused_and_a_closed_source_says_so(udp):
         other.receive(0.0)
 
 
-def test_without_the_token_no_packet_is_taken():
+def test_packets_without_the_token_are_rejected():
     source = UdpSource("127.0.0.1", 0, token=SECRET)
     connection = Connection(source)
     connection.open()
@@ -93,7 +93,7 @@ def test_udp_packet_with_a_wild_time_does_not_advance_live_time(numbered):
 
 
 @pytest.mark.parametrize("host", ["0.0.0.0", "::", "192.168.1.7", "robot.local"])
-def test_only_this_machine_unless_asked_and_with_a_token(host):
+def test_other_machines_are_accepted_only_on_request_with_a_token(host):
     with pytest.raises(UsageError, match="is not enabled"):
         check_listening(host, remote=False, token=SECRET)
     for remote in (False, True):
@@ -104,7 +104,7 @@ def test_only_this_machine_unless_asked_and_with_a_token(host):
         check_listening(own, remote=False, token=None)
 
 
-def test_a_real_publisher_is_heard_also_after_it_was_away():
+def test_publisher_is_received_again_after_a_pause():
     zmq = pytest.importorskip("zmq")
     source = None
     with zmq.Context() as context:
@@ -145,13 +145,13 @@ def heard(source, publisher):
     raise AssertionError("nothing was heard")
 
 
-def test_an_address_that_is_none_is_refused():
+def test_invalid_address_is_rejected():
     pytest.importorskip("zmq")
     with pytest.raises(LiveError, match="invalid address"):
         ZmqSource("not a host", 1).open()
 
 
-def test_of_a_full_buffer_the_newest_packet_is_taken_and_the_others_are_counted():
+def test_newest_packet_of_a_full_buffer_is_used_and_the_others_are_counted():
     source = UdpSource("127.0.0.1", 0)
     connection = Connection(source)
     connection.open()

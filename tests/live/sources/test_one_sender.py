@@ -20,7 +20,7 @@ def one_sender():
     return OneSender(lambda packet: packet == b"valid", clock=clock), clock
 
 
-def test_first_valid_packet_decides_whose_the_stream_is():
+def test_first_valid_packet_decides_the_sender():
     stream, _ = one_sender()
     assert stream.admits(b"none", OTHER)  # the decoder counts it as malformed
     assert stream.admits(b"valid", OWNER)

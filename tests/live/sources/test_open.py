@@ -55,7 +55,7 @@ def test_address_selects_the_source(address, kind, full_address):
         ("ros2:", "need a mapping"),
     ],
 )
-def test_what_is_none_is_refused_with_a_remedy(address, said):
+def test_invalid_address_is_rejected_with_a_remedy(address, said):
     with pytest.raises(TactileMapsError, match=said) as caught:
         open_source(address)
     assert caught.value.remedy

@@ -90,7 +90,7 @@ def test_fields_may_be_nested_and_the_stamp_is_the_time():
         MessageReader(RosTopics("/skin", "pressures")).read("/skin", array([1]), 0.0)
 
 
-def test_a_topic_that_is_not_there_and_a_bag_that_is_none(tmp_path):
+def test_missing_topic_and_invalid_bag_are_rejected(tmp_path):
     write_bag(tmp_path / "bag", rosbags.StoragePlugin.MCAP)
     mapping = tmp_path / "map.toml"
     mapping.write_text(MAPPING.replace("/skin", "/fur"))
@@ -146,7 +146,7 @@ def test_values_of_several_fields_and_of_a_list_of_messages_are_joined():
 
 
 @pytest.mark.parametrize("values", ["[]", "[1]", "3"])
-def test_fields_that_are_no_texts_are_refused(values, tmp_path):
+def test_fields_that_are_not_text_are_rejected(values, tmp_path):
     path = tmp_path / "mapping.toml"
     path.write_text(f"[readings]\ntopic = '/skin'\nvalues = {values}\n")
     with pytest.raises(LiveError, match="readings.values: expected"):

@@ -76,7 +76,7 @@ def test_link_of_the_address_is_that_of_all_channels():
         open_source("yarp://127.0.0.1:5?part=arm")
 
 
-def test_without_an_envelope_our_clock_counts_and_no_numbers_are_malformed():
+def test_messages_without_an_envelope_get_our_time_and_text_is_malformed():
     with port("do\n1 2\nd\nhello yarp\ndo\n3 4\n") as number:
         source = YarpSource("127.0.0.1", number, clock=lambda: 7.0)
         source.open()

@@ -58,7 +58,7 @@ def test_the_stretched_one_is_worse_where_it_is(automatic, body):
 
 
 @pytest.mark.long
-def test_a_layout_is_judged_by_its_points_alone(automatic, body):
+def test_layout_is_evaluated_by_its_points_alone(automatic, body):
     shuffled = np.random.default_rng(0).permutation(len(automatic.skin))
     by_hand = TaxelLayout(2 * automatic.taxel_points[shuffled] + 1, shuffled)
     comparison = compare_maps(automatic, by_hand, distances=body)
@@ -149,7 +149,7 @@ def _icub_layout(name):
 
 
 @needs_files
-def test_the_left_arms_hand_made_map_scores_as_known():
+def test_hand_made_map_of_the_left_arm_has_the_known_scores():
     """350 taxels; 674 pairs under 8 mm, one torn, and that of 44 between modules; both scores 0.999."""
     positions = _icub_positions("left_arm")
     layout = _icub_layout("left_arm_V2_7")

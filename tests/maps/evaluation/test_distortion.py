@@ -113,7 +113,7 @@ def spoiled(map_, change, *, patch=0):
 
 
 @pytest.mark.parametrize(("measured", "factor"), [("angle", 2.0), ("area", 2.0), ("isometry", 2.0)])
-def test_a_sheet_pulled_to_twice_its_length_says_two(flat, measured, factor):
+def test_sheet_stretched_to_twice_its_length_has_distortion_two(flat, measured, factor):
     found = stretch(spoiled(flat, lambda plane: plane * [2.0, 1.0]), measured)
     assert found.measure == measured
     np.testing.assert_allclose(found.faces, factor, rtol=1e-4)
@@ -127,7 +127,7 @@ def test_areas_shown_too_small_count_as_far_from_kept_as_those_too_large(flat):
 
 
 @pytest.mark.long
-def test_the_numbers_are_those_of_the_quality_card(three_patches):
+def test_numbers_equal_those_of_the_quality_panel(three_patches):
     quality = measure(three_patches)
     for kind, card in (("angle", quality.angle), ("area", quality.area)):
         assert stretch(three_patches, kind).spread == card

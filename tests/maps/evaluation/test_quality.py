@@ -188,7 +188,7 @@ def test_the_report_is_json_with_the_promised_keys(three_patches):
 
 
 @pytest.mark.long
-def test_what_is_unknown_is_null():
+def test_unknown_measure_is_null():
     quality = measure(build_map(skin_of(sheet(), taxels=5)))
     assert quality.trustworthiness is None
     assert quality.to_json()["trustworthiness"] is None

@@ -22,7 +22,7 @@ from tests.support.straight_distances import straight_distances
 from tests.support.surfaces import frustum, named, sheet, skin_of
 
 
-def test_on_a_sheet_they_are_straight():
+def test_distances_on_a_sheet_are_straight():
     skin = skin_of(sheet(24, 16), taxels=30)
     (patch,) = BodyDistances(skin).patches
     positions = skin.patches[0].taxels.positions
@@ -40,7 +40,7 @@ def no_budget(monkeypatch):
 
 @pytest.mark.long
 @pytest.mark.usefixtures("no_budget")
-def test_on_a_large_skin_near_ones_stay_exact_and_far_ones_come_close():
+def test_distances_on_a_large_skin_are_exact_near_and_approximate_far():
     skin = skin_of(named("hemisphere"), taxels=50)
     (patch,) = BodyDistances(skin, sources=7).patches
     assert (len(patch.sources), patch.from_sources.shape, patch.near.shape) == (7, (7, 50), (50, 50))
@@ -130,7 +130,7 @@ def test_neighbours_are_exactly_apart_however_far(name, monkeypatch):
     np.testing.assert_allclose(body.lengths, _exact(skin)[tuple(body.pairs.T)], atol=1e-12)
 
 
-def test_where_distances_are_not_exact_neighbours_are_an_arc_apart():
+def test_approximate_distance_of_neighbours_is_an_arc():
     skin = skin_of(named("thin faces"), taxels=40)
     body = BodyDistances(skin)
     i, j = body.pairs.T

@@ -137,7 +137,7 @@ def test_a_missing_file_is_named(tmp_path):
         load_map(tmp_path / "nowhere.npz")
 
 
-def test_a_folder_that_is_not_there_is_named_and_nothing_is_lost(three_patches, tmp_path):
+def test_missing_folder_is_named_and_nothing_is_lost(three_patches, tmp_path):
     with pytest.raises(MapError, match="cannot be written"):
         save_map(three_patches, tmp_path / "no" / "map.npz")
 

@@ -22,7 +22,7 @@ def read(tmp_path, text):
     return read_obj(tmp_path / "map.obj")
 
 
-def test_all_spellings_of_a_corner(tmp_path):
+def test_all_notations_of_a_corner_are_read(tmp_path):
     text = SQUARE + "mtllib x.mtl\nvn 0 0 1\ng lower part\nf 1/1/1 2/2/1 3/3/1\no upper\ns off\nf -4/-4 -2/-2 -1/-1\n"
     obj = read(tmp_path, text)
     assert obj.surface.faces.tolist() == obj.corners.tolist() == [[0, 1, 2], [0, 2, 3]]
@@ -210,7 +210,7 @@ def test_a_patch_inside_another_counts_as_on_it(tmp_path):
 
 
 @pytest.mark.long
-def test_faces_without_names_are_taken_in_turn(three_patches, tmp_path):
+def test_faces_without_names_are_assigned_in_order(three_patches, tmp_path):
     path = as_other_tool(three_patches, tmp_path / "map.obj")
     path.write_text("\n".join(line for line in path.read_text().splitlines() if line[0] != "o"))
     back = read_map_obj(path, three_patches.skin)
@@ -287,6 +287,6 @@ def test_another_skin_is_recognised_by_its_faces(one, tmp_path):
         read_map_obj(tmp_path / "map.obj", Skin(()))
 
 
-def test_a_folder_that_is_not_there_is_named(one, tmp_path):
+def test_missing_folder_is_named(one, tmp_path):
     with pytest.raises(MapError, match="cannot be written"):
         write_map_obj(one, tmp_path / "no" / "map.obj")

@@ -40,7 +40,7 @@ SHAPES = {
 
 
 @pytest.mark.parametrize("shape", SHAPES)
-def test_it_is_one_disk_through_every_point(shape):
+def test_learned_map_is_one_disk_through_every_point(shape):
     points = _lattice(SHAPES[shape])
     faces = characteristic_shape(points).faces
     assert np.array_equal(np.unique(faces), np.arange(len(points)))
@@ -116,7 +116,7 @@ def test_a_perfect_map_is_the_sheet_again(skin, perfect):
     assert np.corrcoef(map_.taxel_points[:, 0], -y)[0, 1] > 0.999, "and not mirrored"
 
 
-def test_places_on_the_body_come_back_between_taxels_too(skin, perfect):
+def test_places_between_taxels_survive_the_round_trip(skin, perfect):
     map_ = learned_tactile_map(skin, perfect)
     generator = np.random.default_rng(14)
     inner = generator.uniform(map_.bounds[0], map_.bounds[1], size=(50, 2))
@@ -154,7 +154,7 @@ def test_image_and_contacts_work_on_every_learned_map(method, kind):
     assert region.force > 0
 
 
-def test_it_can_be_kept_in_a_file(skin, perfect):
+def test_learned_map_can_be_saved(skin, perfect):
     map_ = learned_tactile_map(skin, perfect)
     again = map_from_bytes(map_to_bytes(map_))
     assert np.array_equal(again.taxel_points, map_.taxel_points)
@@ -172,7 +172,7 @@ def test_unplaced_taxel_is_at_the_closest_point_on_the_body(skin, perfect):
     assert len(map_.charts[0].plane) == 59
 
 
-def test_taxels_on_one_place_are_moved_apart_and_said(skin, perfect):
+def test_coincident_taxels_are_moved_apart_and_reported(skin, perfect):
     points = perfect.points.copy()
     points[[4, 5, 6]] = points[3]
     map_ = learned_tactile_map(skin, _by_hand(points))
@@ -183,7 +183,7 @@ def test_taxels_on_one_place_are_moved_apart_and_said(skin, perfect):
     assert apart.max() < 1e-4
 
 
-def test_triangles_between_links_are_not_made_but_said():
+def test_triangles_between_links_are_left_out_and_reported():
     skin = skin_of(sheet(), sheet(), taxels=20)
     places = skin.patches[0].taxels.positions[:, :2]
     nearby = _by_hand(np.concatenate([places, places + [0.13, 0]]))

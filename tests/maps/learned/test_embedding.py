@@ -22,7 +22,7 @@ def _drawn(count=30, dimensions=3):
     return np.random.default_rng(4).exponential(size=(count, dimensions)) * [3.0, 2.0, 1.0][:dimensions]
 
 
-def test_distances_of_points_come_back():
+def test_embedding_reproduces_distances_of_points():
     distances = cdist(*2 * [_drawn()])
     points = classical_mds(distances, dimensions=3)
     assert np.allclose(cdist(points, points), distances)
@@ -163,7 +163,7 @@ def test_near_distances_alone_give_the_whole():
     assert np.corrcoef(pdist(placed.points), pdist(lattice))[0, 1] > 0.995
 
 
-def test_islands_are_laid_side_by_side_and_said():
+def test_islands_are_placed_side_by_side_and_reported():
     lattice = _lattice()
     both = np.concatenate([lattice, lattice[:20]])
     unlike = np.full((len(both),) * 2, np.inf)

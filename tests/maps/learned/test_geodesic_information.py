@@ -28,7 +28,7 @@ def _near_stretch(cloud, points):
     return np.linalg.norm(points[i] - points[j], axis=1) / near[i, j]
 
 
-def test_a_bent_sheet_comes_out_flat_and_true():
+def test_bent_sheet_is_unrolled_without_distortion():
     bent = sheet(40, 30, shape=lambda x, y: 0.02 * np.cos(x / 0.03))
     cloud = taxels_on(bent, 120).positions
     opened = flatten_point_cloud(cloud)

@@ -17,7 +17,7 @@ def signals():
     return generator.exponential(size=(400, 5)) * (generator.random((400, 5)) < 0.3)
 
 
-def test_at_once_it_is_pearsons(signals):
+def test_similarity_without_lag_is_pearsons_correlation(signals):
     sparse = csr_matrix(signals)
     assert np.allclose(cross_correlation(sparse, sparse), np.corrcoef(signals.T))
 
@@ -31,7 +31,7 @@ def test_a_delayed_copy_correlates_at_its_lag_and_in_its_direction(signals):
     assert abs(cross_correlation(second, first, lag=3)[0, 0]) < 0.2
 
 
-def test_what_never_changes_correlates_with_nothing(signals):
+def test_constant_signal_correlates_with_nothing(signals):
     constant = csr_matrix(np.ones((400, 1)))
     assert not cross_correlation(constant, csr_matrix(signals)).any()
 

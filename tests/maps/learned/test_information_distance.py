@@ -27,7 +27,7 @@ def _entropy(*columns):
     return -(share * np.log2(share)).sum()
 
 
-def test_it_is_what_the_definition_says(levels):
+def test_distance_follows_the_definition(levels):
     found = information_distance(csr_matrix(levels, dtype=float), bins=BINS)
     for i, x in enumerate(levels.T):
         for j, y in enumerate(levels.T):
@@ -36,7 +36,7 @@ def test_it_is_what_the_definition_says(levels):
             assert found[i, j] == pytest.approx(expected, abs=1e-12)
 
 
-def test_it_is_a_metric_from_0_to_1(levels):
+def test_distance_is_a_metric_from_0_to_1(levels):
     found = information_distance(csr_matrix(levels, dtype=float), bins=BINS)
     assert found.min() == 0
     assert found.max() <= 1 + 1e-12
@@ -73,7 +73,7 @@ def test_taxels_of_a_sheet_are_learned_at_their_positions(touched_sheet, misfit)
     assert learned.stress < 0.1
 
 
-def test_how_hard_touches_are_does_not_matter(touched_sheet):
+def test_force_of_touches_does_not_matter(touched_sheet):
     """Any growing function of the pressure has the same levels."""
     touch = detect_touch(np.where(touched_sheet[1] > 5e4, touched_sheet[1], 0.0))
     assert np.allclose(dissimilarity(touch), dissimilarity(detect_touch(touch.pressures.toarray() ** 3)))

@@ -21,7 +21,7 @@ def test_exact_readings_are_kept_as_they_are():
     assert touch.findings == ()
 
 
-def test_noise_is_no_touch_however_often_a_taxel_is_touched():
+def test_noise_is_not_a_touch_for_any_rate_of_touches():
     touches = np.zeros((2000, 6))
     touches[:1500, 0] = 2000.0
     touches[::2, 1] = 3000.0
@@ -48,7 +48,7 @@ def test_together_is_at_the_same_moment():
     assert touch.together.tolist() == [[1, 1, 0, 0], [1, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
 
 
-def test_what_keeps_out_of_each_others_way_is_not_together():
+def test_taxels_never_pressed_together_are_not_related():
     """Half of the time the first two, else the last two; by chance once, the outer ones."""
     moments = np.array([[1.0, 1, 0, 0], [0, 0, 1, 1]] * 10 + [[1, 0, 0, 1]])
     assert detect_touch(moments).together.tolist() == [[1, 1, 0, 0], [1, 1, 0, 0], [0, 0, 1, 1], [0, 0, 1, 1]]

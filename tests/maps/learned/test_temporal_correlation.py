@@ -20,14 +20,14 @@ def test_a_trace_fades_by_e_in_its_time():
     assert trace[39] == 0, "forgotten"
 
 
-def test_without_memory_it_is_the_cosine():
+def test_correlation_without_memory_is_the_cosine():
     signals = np.random.default_rng(9).random((50, 4))
     norms = np.linalg.norm(signals, axis=0)
     expected = np.sqrt(-np.log(np.minimum(signals.T @ signals / np.outer(norms, norms), 1)))
     assert np.allclose(dissimilarity(detect_touch(signals), fading=1), expected, atol=1e-7)
 
 
-def test_what_fires_shortly_after_is_near():
+def test_taxels_pressed_in_quick_succession_are_near():
     order = np.eye(4)[np.array([0, 1, 2, 3] * 30)]
     order[::4] *= 1.0
     gaps = np.zeros((120 * 5, 4))

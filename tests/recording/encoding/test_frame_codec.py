@@ -183,7 +183,7 @@ def change_region(frame, **changes):
         ("task.error", lambda frame: replace(frame, task=TaskReport(error=float("inf")))),
     ],
 )
-def test_what_no_session_answers_is_refused_with_its_place(place, change, touched, prepared):
+def test_invalid_content_is_rejected_with_its_place(place, change, touched, prepared):
     whole = encode_frame(replace(touched, estimates={4: replace(TOLD, at=AT)}))
     assert decode_frame(whole, prepared).tick == touched.tick
     changed = encode_frame(change(touched))

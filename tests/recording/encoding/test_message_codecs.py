@@ -127,7 +127,7 @@ def test_an_edit_of_another_skins_map_is_refused(prepared):
 
 
 @pytest.mark.long
-def test_a_map_of_a_skin_believed_elsewhere_is_held_whole_and_none_of_another_skin_is(prepared):
+def test_map_of_a_displaced_skin_is_stored_and_map_of_another_skin_is_not(prepared):
     believed = build_map(with_calibration_error(prepared.skin, 0.002, seed=1))
     data = encode_input(3, MapEdited("Believed", believed), prepared.map)
     _, act = decode_input(data, prepared.map)

@@ -15,7 +15,7 @@ from tactile_maps.session.bundle import pack_scene
 pytestmark = pytest.mark.long
 
 
-def test_a_summary_says_what_it_is_of_and_shows_the_touch(recording, prepared, tmp_path):
+def test_summary_has_its_source_and_a_picture_of_the_touch(recording, prepared, tmp_path):
     path = tmp_path / "a.mcap"
     path.write_bytes(recording.read_bytes())
     save_annotations(path, Annotations(marks=(Mark(60, "x"),), outcome=Outcome.SUCCESS))
@@ -28,7 +28,7 @@ def test_a_summary_says_what_it_is_of_and_shows_the_touch(recording, prepared, t
     assert np.nanmax(found.picture) > 1.0, "some touch is drawn [kPa]"
 
 
-def test_what_is_damaged_says_so(recording, prepared, tmp_path):
+def test_damaged_recording_is_marked(recording, prepared, tmp_path):
     cut = tmp_path / "cut.mcap"
     junk = tmp_path / "junk.mcap"
     empty = tmp_path / "empty.mcap"

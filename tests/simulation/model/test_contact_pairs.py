@@ -100,7 +100,7 @@ def test_friction_is_that_of_the_object_or_else_of_the_cover(friction, dimension
         assert model.opt.cone == mujoco.mjtCone.mjCONE_ELLIPTIC
 
 
-def test_a_robots_own_pairs_and_collision_bits_do_not_count():
+def test_pairs_and_collision_bits_of_the_robot_file_are_ignored():
     text = (
         bar()
         .mjcf.replace(

@@ -104,7 +104,7 @@ def test_points_of_a_disc_and_a_box_are_on_no_side():
         assert not centre_on_side(model, data, numbers)
 
 
-def test_the_opposite_direction_is_no_correction():
+def test_opposite_direction_is_not_a_correction():
     """Just as shapes meet, the distance of MuJoCo may have any direction."""
     model, data, numbers = touching(thing("mesh", at=(0.3, 0.01, TOP + 0.02 - 2e-4)))
     data.contact.frame[numbers] *= -1.0

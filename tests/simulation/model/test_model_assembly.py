@@ -21,7 +21,7 @@ def counts(model) -> dict[str, int]:
     return {name: int(getattr(model, name)) for name in COUNTS}
 
 
-def test_all_off_is_joints_and_their_impedance_alone():
+def test_model_without_effects_has_only_joints_and_impedance():
     robot = arm().robot
     model = assemble(robot, arm().skin, Effects(gravity="off", contact="off", joint_limits=False), objects=every_kind())
     found = counts(model)
@@ -71,7 +71,7 @@ def test_without_dynamics_nothing_moves_or_touches_anything():
 
 
 @pytest.mark.long
-def test_in_probe_mode_there_are_probes_and_skin_and_nothing_else():
+def test_probe_mode_has_only_probes_and_skin():
     robot = arm().robot
     skin = arm().skin
     everything = assemble(robot, skin, Effects(contact="probe"), objects=every_kind())

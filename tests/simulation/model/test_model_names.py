@@ -77,7 +77,7 @@ def test_reserved_names_are_rejected(tmp_path, part):
         robot_with(tmp_path, {**PLAIN, part: "tactile-maps/skin upper"})
 
 
-def test_a_name_says_what_it_is():
+def test_name_identifies_its_element():
     assert is_hull(hull_name("upper"))
     assert not is_hull("skin upper")
     assert is_object(body_name(BALL.spec))

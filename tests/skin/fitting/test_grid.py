@@ -75,7 +75,7 @@ def _normals(skin):
 
 
 @pytest.mark.parametrize("turned", [False, True])
-def test_the_flat_one_of_two_grids_is_taken(turned):
+def test_flatter_of_two_grids_is_used(turned):
     spec = replace(LONG, first=LONG.last, last=LONG.first) if turned else LONG
     skin = grid_skin(PAD, spec, thickness=0.002)
     assert len(skin) == 96
@@ -113,7 +113,7 @@ def test_a_grid_that_was_stated_is_kept_and_the_flat_one_named():
     assert not [finding for finding in flat.findings if "grid-" in finding.kind and finding.kind != "grid-pitch"]
 
 
-def test_a_grid_whose_mirror_image_is_no_flatter_stays():
+def test_grid_is_kept_if_its_mirror_image_is_not_flatter():
     square = replace(LONG, rows=6, columns=6, first=(-0.02, -0.0015, -0.02), last=(0.02, -0.0015, 0.02))
     kinds = {finding.kind for finding in grid_skin(PAD, square, thickness=0.002).findings}
     assert not kinds & {"grid-mirrored", "grid-around-edge"}

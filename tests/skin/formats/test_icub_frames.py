@@ -172,7 +172,7 @@ def test_the_real_torso_is_stated_in_the_frame_of_the_documentation():
         ("left_leg", "lower_leg", "icub_whole"),
     ],
 )
-def test_as_much_of_icub_carries_a_file_as_has_its_link(tmp_path, file, link, robot):
+def test_only_links_of_the_model_get_their_icub_files(tmp_path, file, link, robot):
     path = positions_file(tmp_path, module(), header=f"name {link}\n").rename(tmp_path / f"{file}.txt")
     assert scene_for_taxels(str(path)).robot == robot
     assert scene_for_taxels(str(tmp_path)).robot == "icub_whole"

@@ -90,7 +90,7 @@ def test_taxels_meet_their_places_by_number():
     assert kinds(joined.findings) == {"layout-without-taxel": 1}
 
 
-def test_what_the_map_lacks_is_nowhere_on_it_and_counted():
+def test_taxels_missing_on_the_map_have_no_place_and_are_counted():
     taxels, layout = strip(4)
     joined = apply_layout(taxels, IcubLayout("half", layout.modules[:2]))
     assert kinds(joined.findings) == {"not-on-layout": 20}

@@ -105,7 +105,7 @@ def test_a_file_of_rows_only_drops_the_thermal_pads_and_keeps_the_last_row(tmp_p
     assert taxels.normals is None
 
 
-def test_what_the_list_says_counts_before_the_pads_place(tmp_path):
+def test_list_takes_precedence_over_the_position_of_the_pad(tmp_path):
     listed = "taxel2Repr ( 3 3 3 3 3 3 3 3 3 3 -1 -1 )\n"
     taxels = read_icub_positions(positions_file(tmp_path, module(), header="name upper\n" + listed))
     assert taxels.link == "upper"
@@ -210,7 +210,7 @@ def test_real_files_hold_what_was_measured():
     assert len(torso.positions) + kinds(torso.findings)["duplicate-taxel"] == 440
 
 
-def test_what_is_written_reads_back_sorted_by_row(tmp_path):
+def test_written_file_is_read_back_sorted_by_row(tmp_path):
     taxels = dome()
     write_icub_positions(taxels, tmp_path / "dome.txt")
     back = read_icub_positions(tmp_path / "dome.txt")
@@ -268,7 +268,7 @@ def test_taxels_that_rows_cannot_store_are_rejected(tmp_path):
         write_icub_positions(TaxelSet("zero", None, np.array([0]), np.zeros((1, 3))), tmp_path / "zero.txt")
 
 
-def test_one_normal_for_all_means_something_in_one_plane(tmp_path):
+def test_common_normal_is_valid_for_taxels_in_a_plane(tmp_path):
     flat = ["0.01 0.02 0.1 0 0 2", "0.02 0.02 0.1 0 0 2", "0.02 0.03 0.1005 0 0 2"]
     taxels = read_icub_positions(positions_file(tmp_path, flat))
     assert taxels.normals is not None

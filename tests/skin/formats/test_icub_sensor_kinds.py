@@ -33,7 +33,7 @@ def test_pads_are_apart_within_a_few_centimetres(name):
     assert kind.felt.sum() == placed.sum() - len(kind.thermal)
 
 
-def test_left_and_right_of_a_hand_are_alike_or_mirror_images():
+def test_left_and_right_hands_are_equal_or_mirror_images():
     for left, right, side in (
         ("palmL", "palmR", 1),
         ("fingertip2L", "fingertip2R", -1),
@@ -47,7 +47,7 @@ def test_left_and_right_of_a_hand_are_alike_or_mirror_images():
     np.testing.assert_allclose(left_pads * [-1, 1] + [0.0484, 0], right_pads, atol=1e-9)
 
 
-def test_both_triangles_are_themselves_when_turned_by_a_third():
+def test_triangles_are_symmetric_under_a_third_of_a_turn():
     for name in ("triangle", "triangle_10pad"):
         points = KINDS[name].pads[KINDS[name].felt] @ [1, 1j]
         turned = points * np.exp(2j * np.pi / 3)
@@ -100,7 +100,7 @@ def test_a_hand_keeps_its_ids_and_places_through_every_format(tmp_path, ending):
     assert not any(finding.kind == "layout-without-taxel" for finding in again.findings)
 
 
-def test_only_triangles_can_seem_turned(tmp_path):
+def test_only_triangles_are_checked_for_rotation(tmp_path):
     layout = layout_of(tmp_path, HAND)
     places = np.concatenate([layout.points, np.zeros((len(layout.points), 1))], axis=1)
     hand = TaxelSet("hand", "l_hand", np.arange(len(places)), places, ids=layout.numbers)

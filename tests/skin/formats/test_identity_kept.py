@@ -84,7 +84,7 @@ def test_contradictory_length_of_a_stream_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize(("ending", "problem"), [(".csv", "line 2, column aliases"), (".json", "skin, taxel 0")])
-def test_further_ids_that_are_no_ids_are_refused_with_their_place(tmp_path, ending, problem):
+def test_invalid_further_ids_are_rejected_with_their_place(tmp_path, ending, problem):
     text = "x,y,z,id,aliases\n0,0,0.1,4,5 -6\n0.1,0,0,5,\n0,0.1,0,6,\n"
     if ending == ".json":
         entry = {"id": 4, "x": [0.0, 0.0, 0.1], "type": 0, "cut": 0, "aliases": [5, -6]}
@@ -127,7 +127,7 @@ def test_a_format_keeps_names(tmp_path, ending):
     assert read_taxels(tmp_path / f"bare{ending}").names is None
 
 
-def test_names_go_through_skin_and_map_and_find_their_taxels(tmp_path):
+def test_names_survive_skin_and_map_and_find_their_taxels(tmp_path):
     names = tuple("Tip" if row < 3 else f"cell {row}" for row in range(12))
     identity = TaxelIdentity(HARD, names=names)
     skin = identified()
@@ -179,7 +179,7 @@ def test_table_states_ids_and_numbers(tmp_path):
     )
 
 
-def test_npz_without_ids_states_its_numbers_and_refuses_what_is_none(tmp_path):
+def test_npz_without_ids_uses_its_numbers_and_rejects_invalid_ones(tmp_path):
     np.savez(tmp_path / "t.npz", positions=np.eye(3), numbers=np.array([9, 9, 4]))
     (taxels,) = read_taxel_npz(tmp_path / "t.npz")
     assert (taxels.ids.tolist(), taxels.numbers.tolist()) == ([9, 9, 4], [0, 1, 2])
@@ -213,7 +213,7 @@ def test_a_layout_finds_its_taxels_by_id():
 
 @pytest.mark.long
 @pytest.mark.parametrize("ending", [".csv", ".npz", ".json"])
-def test_from_file_through_skin_and_map_to_file(tmp_path, ending):
+def test_ids_survive_from_file_through_skin_and_map_to_file(tmp_path, ending):
     """Through patches in another order than the file's, a map of them, and out again."""
     far = dome().positions + np.where(np.arange(12) < 4, 0.5, 0.0)[:, None]
     ids = 86999 + 13 * ((5 * np.arange(12)) % 12)

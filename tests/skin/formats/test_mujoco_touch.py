@@ -168,7 +168,7 @@ def test_a_tactile_sensor_with_a_missing_mesh_is_left_out(tmp_path):
     assert "missing" in notes["felt"]
 
 
-def test_touch_sensors_are_the_same_skin_through_every_door(tmp_path):
+def test_touch_sensors_give_the_same_skin_through_every_interface(tmp_path):
     path = plate(tmp_path, sensors=True)
     expected = open_skin(path)
     own = tmp_path / "own.toml"

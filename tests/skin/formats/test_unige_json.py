@@ -144,7 +144,7 @@ def test_json_of_unknown_layout_is_refused_with_columns_and_mapping_file(tmp_pat
     np.testing.assert_allclose(read_taxels(csv).positions[1], [0.005, 0, 0.01])
 
 
-def test_a_map_without_a_skin_is_a_flat_skin_and_says_so(tmp_path):
+def test_map_without_a_skin_is_a_flat_skin_with_a_finding(tmp_path):
     alone = {"tactile_maps": copy.deepcopy(DOCUMENT["tactile_maps"][0]) | {"faces": [[0, 2, 1]]}}
     file = read(tmp_path, document=alone)
     taxels = file.taxels

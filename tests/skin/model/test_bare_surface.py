@@ -161,7 +161,7 @@ def test_the_number_of_points_of_a_large_link_is_limited():
     assert part.areas.sum() == pytest.approx(6.0, rel=0.01)
 
 
-def test_only_patches_and_taxels_decide_what_is_read():
+def test_readings_depend_only_on_patches_and_taxels():
     skin = bar_skin()
     loaded = with_bare_points(bar(), skin)
     assert loaded.patches is skin.patches

@@ -50,7 +50,7 @@ def test_shapes_apart_or_side_by_side_are_unchanged():
     assert all(surface is mesh for surface, mesh in zip(touchable_surfaces(meshes), meshes, strict=True))
 
 
-def test_of_a_core_that_sticks_out_the_part_outside_can_be_touched():
+def test_protruding_part_of_a_core_can_be_touched():
     core = box(0.02, 0.02, 0.07, centre=(0, 0, 0.025))
     pad = box(0.04, 0.04, 0.04)
     inner, outer = touchable_surfaces([core, pad])

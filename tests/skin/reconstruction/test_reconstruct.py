@@ -150,7 +150,7 @@ def test_taxels_at_one_place_become_one_and_are_counted():
     assert len(check(taxel_set(np.zeros((5, 3))))) == 1
 
 
-def test_what_the_file_noticed_is_passed_on():
+def test_findings_of_the_file_are_passed_on():
     noticed = Finding("thermal-pad", "file", "left out", 3)
     assert noticed in skin_from_taxels(taxel_set(grid(3, 3), findings=(noticed,))).findings
 
@@ -196,7 +196,7 @@ def test_taxels_that_the_files_faces_leave_out_are_not_lost():
     assert sorted(len(patch.taxels) for patch in skin.patches) == [1, 4]
 
 
-def test_a_file_that_looks_inward_is_believed():
+def test_inward_normals_of_a_file_are_kept():
     placed = place_evenly(sphere(), 200)
     outward = check(taxel_set(placed.positions))
     inward = check(taxel_set(placed.positions, normals=-placed.normals))

@@ -44,7 +44,7 @@ def test_stated_normals_choose_the_side_and_no_more():
     assert not inward.findings
 
 
-def test_a_few_wrong_ones_are_outvoted():
+def test_few_wrong_normals_are_outvoted():
     positions, true = _taxels(sheet(shape=lambda x, y: 2 * x * y))
     stated = np.where(np.arange(len(true))[:, None] % 5 == 0, -true, true)
     assert (_agreement(estimate_normals(positions, stated=stated), true) > 0).all()
@@ -66,14 +66,14 @@ def test_implausible_normals_are_ignored_with_a_finding(stated, kind):
     assert np.array_equal(found.normals, estimate_normals(positions).normals)
 
 
-def test_one_normal_for_all_is_right_on_a_plane():
+def test_common_normal_is_right_on_a_plane():
     positions, _ = _taxels(sheet())
     down = estimate_normals(positions, stated=np.tile([0.0, 0.0, -1.0], (len(positions), 1)))
     assert not down.findings
     assert down.normals == pytest.approx(np.tile([0, 0, -1.0], (len(positions), 1)), abs=1e-9)
 
 
-def test_a_plane_far_from_the_link_looks_away_from_it_and_says_it_guesses():
+def test_plane_far_from_the_link_faces_away_with_a_finding():
     positions, _ = _taxels(sheet())
     for lift in (0.1, -0.1):
         found = estimate_normals(positions + [0, 0, lift])
@@ -81,7 +81,7 @@ def test_a_plane_far_from_the_link_looks_away_from_it_and_says_it_guesses():
         assert [note.kind for note in found.findings] == ["guessed-outside"]
 
 
-def test_sheets_apart_are_each_judged():
+def test_separate_sheets_are_oriented_independently():
     near, _ = _taxels(sheet(), 60)
     two = np.concatenate([near + [0, 0, 0.2], near - [0, 0, 0.2]])
     assert np.array_equal(np.sign(estimate_normals(two).normals[:, 2]), np.repeat([1, -1], len(near)))

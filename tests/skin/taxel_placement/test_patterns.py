@@ -49,7 +49,7 @@ def _everywhere(surface):
     return np.ones(len(surface.faces), dtype=bool)
 
 
-def test_on_a_plane_it_is_the_lattice():
+def test_pattern_on_a_plane_is_the_lattice():
     flat = _fine(sheet(width=0.2, height=0.15))
     points, faces = grow_lattice(flat, LATTICE_PITCH, np.random.default_rng(3), _everywhere(flat))
     assert len(points) == pytest.approx(0.03 / (LATTICE_PITCH**2 * np.sqrt(3) / 2), rel=0.05)
@@ -60,7 +60,7 @@ def test_on_a_plane_it_is_the_lattice():
     assert len(faces) == len(points)
 
 
-def test_on_a_tube_it_tears_once():
+def test_pattern_on_a_tube_has_one_seam():
     tube = _fine(frustum(around=72))
     points, _ = grow_lattice(tube, LATTICE_PITCH, np.random.default_rng(0), _everywhere(tube))
     away = cKDTree(points).query(points, k=2)[0][:, 1]
@@ -70,7 +70,7 @@ def test_on_a_tube_it_tears_once():
 
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("shape", [frustum(around=72), sheet(shape=lambda x, y: 3 * x * y)], ids=["tube", "saddle"])
-def test_nine_of_ten_have_six_neighbours_and_half_of_those_placed_evenly(shape):
+def test_hexagonal_pattern_has_more_six_neighbour_taxels_than_even_placement(shape):
     surface = _fine(shape)
     count = round(surface.area / (LATTICE_PITCH**2 * np.sqrt(3) / 2))
     lattice = place_lattice(surface, count, LATTICE_PITCH, allowed=_everywhere(surface), seed=1)

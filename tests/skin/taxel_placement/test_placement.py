@@ -73,7 +73,7 @@ def test_values_are_frozen():
     assert not SphereZone(np.zeros(3), 1.0).centre.flags.writeable
 
 
-def test_a_part_takes_its_share_of_what_is_painted():
+def test_part_has_its_share_of_the_painted_density():
     ball = SphereZone(np.zeros(3), 1.0)
     zones = (ball, PaintedZone(np.array([True, False, True])))
     part = PlacementSpec(taxels=9, density=np.arange(1.0, 4.0), keep_out=zones).restricted_to(
@@ -108,7 +108,7 @@ def test_a_pitch_is_kept(surface, pattern):
 
 
 @pytest.mark.long
-def test_there_are_as_many_more_as_the_density_says():
+def test_number_of_taxels_follows_the_density():
     surface = sheet(60, 20, width=0.3, height=0.1)
     x = surface.vertices[:, 0] / 0.3
     _, taxels = placed(surface, taxels=600, density=16.0**x)
@@ -155,7 +155,7 @@ def test_no_taxel_or_quadrature_point_is_in_a_zone(pattern):
 
 
 @pytest.mark.long
-def test_what_is_painted_is_carried_to_the_divided_surface():
+def test_painted_density_is_transferred_to_the_divided_surface():
     marked = COARSE.vertices[:, 0] < 0.05
     density = 1 + COARSE.vertices[:, 1]
     fine, spec = refine_for_spec(COARSE, PlacementSpec(pitch=0.004, density=density, keep_out=(PaintedZone(marked),)))
@@ -280,7 +280,7 @@ def test_the_rim_of_a_cup_is_denser_than_its_flat_bottom():
 
 
 @pytest.mark.parametrize("surface", [sheet(), Mesh(0.01 * np.eye(3), np.array([[0, 1, 2]]))], ids=["sheet", "triangle"])
-def test_what_is_flat_is_even(surface):
+def test_flat_surface_has_even_density(surface):
     assert curvature_density(surface, over=0.01) == pytest.approx(1)
 
 

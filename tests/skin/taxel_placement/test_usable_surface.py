@@ -74,7 +74,7 @@ def test_a_belt_is_one_tube_with_smooth_borders():
     assert np.abs(border[:, 2]).std() < 0.003
 
 
-def test_pieces_come_largest_first_and_small_ones_go():
+def test_pieces_are_sorted_by_size_and_small_ones_dropped():
     usable = (HEIGHT > 0.06) | (HEIGHT < 0.0)
     both = usable_components(BALL, usable, smallest=0.0, largest_hole=0.0)
     assert len(both) == 2
@@ -104,12 +104,12 @@ def test_a_ragged_choice_still_gives_simple_loops(seed):
         _ = piece.connectivity.boundary_loops  # raises where they are not simple
 
 
-def test_nothing_usable_gives_no_pieces():
+def test_unusable_surface_gives_no_pieces():
     assert usable_components(BALL, np.zeros(len(HEIGHT), dtype=bool), smallest=0.0, largest_hole=0.0) == []
 
 
 @pytest.mark.parametrize("most", [0, usable_surface._MOST_VOXELS], ids=["sorted", "by a table"])
-def test_of_each_voxel_the_first_point_stays(monkeypatch, most):
+def test_first_point_of_each_voxel_is_kept(monkeypatch, most):
     monkeypatch.setattr(usable_surface, "_MOST_VOXELS", most)
     points = np.random.default_rng(0).uniform(-1, 1, (3000, 3))
     found = usable_surface._one_point_per_voxel(points, 0.25)

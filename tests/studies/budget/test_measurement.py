@@ -24,7 +24,7 @@ def test_stages_of_an_instant_are_timed_under_a_finger():
     assert spent["touch"] > 0, "a finger presses the skin"
 
 
-def test_without_a_robot_there_is_nothing_to_measure():
+def test_measurement_without_a_robot_is_rejected():
     with pytest.raises(BudgetError, match="no skin on a robot"):
         measure_for_budget(Subject.of(prepared_bar(hinged=False).map), paths=False, progress=silent)
 

@@ -39,7 +39,7 @@ def test_ripple_that_does_not_pay_for_its_time_is_seen():
 
 
 @pytest.mark.parametrize("name", ["H3", "H4", "H5"])
-def test_without_rows_nothing_is_decided(name):
+def test_hypotheses_without_rows_are_undecided(name):
     assert judged(name, []).verdict is Verdict.NOT_DECIDED
 
 

@@ -23,7 +23,7 @@ def prepared():
     return with_fixed_ball(forearm(), taxel=150)
 
 
-def test_nominal_is_a_skin_that_is_read_at_once_and_believed_as_it_is(prepared):
+def test_nominal_skin_has_no_delay_and_no_errors(prepared):
     setup = setup_under(prepared, Conditions(), 0)
     assert setup.believed is None
     assert setup.sensor == SensorEffects(sampling=Sampling(50.0, 0.0))
@@ -37,7 +37,7 @@ def test_delay_is_a_number_of_readings(prepared):
 
 
 @pytest.mark.long
-def test_misplaced_skin_is_believed_and_not_touched(prepared):
+def test_misplaced_skin_is_assumed_by_the_controller_alone(prepared):
     setups = [setup_under(prepared, Conditions(misplaced=0.003, by=by), 1) for by in ("taxel", "module")]
     moved = [
         np.linalg.norm(setup.map.skin.patches[0].taxels.positions - prepared.skin.patches[0].taxels.positions, axis=1)
@@ -64,7 +64,7 @@ def test_map_is_made_by_a_method_or_learned(prepared):
     assert setup_under(prepared, Conditions(map="isomap"), 0).map.charts[0].method == "isomap"
 
 
-def test_wrong_gain_is_believed_of_every_force_alike(prepared):
+def test_wrong_gain_scales_all_forces_equally(prepared):
     setup = setup_under(prepared, Conditions(gain=1.3), 0)
     believed = setup.map.skin.patches[0].taxels
     true = prepared.skin.patches[0].taxels

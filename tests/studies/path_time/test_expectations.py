@@ -40,7 +40,7 @@ def judged(name, rows):
     return next(hypothesis for hypothesis in every if hypothesis.name == name).judge(rows)
 
 
-def test_ratios_are_seed_by_seed_and_of_our_own_arm():
+def test_ratios_are_computed_for_each_seed_of_the_arm():
     rows = NOMINALS + times("pitch", 16.0, 6.0) + times("pitch", 16.0, 99.0, robot="icub")
     assert time_ratio(rows, "pitch", 16.0) == pytest.approx((3.0, 3.0, 3.0))
     assert time_ratio(rows[:-7], "pitch", 16.0) == pytest.approx((3.0, 3.0, 3.0)), "the last seeds were spared"
@@ -57,12 +57,12 @@ def test_effect_is_in_seconds_and_seed_by_seed():
 
 
 @pytest.mark.parametrize(("lscm", "verdict"), [(2.1, Verdict.HELD), (3.0, Verdict.NOT_HELD)])
-def test_map_that_takes_longer_though_its_stretch_is_known_contradicts(lscm, verdict):
+def test_slower_path_on_a_map_of_known_stretch_contradicts(lscm, verdict):
     rows = NOMINALS + times("map by geometry", "lscm", lscm) + times("map by geometry", "arap", 2.0)
     assert judged("H1", rows).verdict is verdict
 
 
-def test_single_triangles_have_to_fail_where_two_rings_go_on():
+def test_single_triangles_must_fail_where_two_rings_succeed():
     rows = NOMINALS + times("taxels misplaced", 2.0, 4.0, jacobian="raw") + times("taxels misplaced", 7.0, 5.0)
     failing = rows + times("taxels misplaced", 3.0, None, jacobian="raw")
     assert judged("H2", failing).verdict is Verdict.HELD
@@ -85,7 +85,7 @@ def test_constant_error_that_costs_time_contradicts(name, factor):
     assert judged(name, NOMINALS + times(factor, 5.0, 2.0)).rows == 2 * len(SEEDS)
 
 
-def test_level_that_surely_takes_longer_or_as_long_needs_no_more_seeds():
+def test_decided_level_needs_no_more_seeds():
     rows = NOMINALS + times("pitch", 16.0, 6.0) + times("pitch", 4.0, 2.1) + times("cover", 1.0, None)
     settled = EFFECT.settled(rows)
     assert {row["level"] for row in rows if EFFECT.group(row) in settled} == {16.0, 4.0, 1.0, ""}

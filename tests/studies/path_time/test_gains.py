@@ -35,7 +35,7 @@ def test_integral_goes_with_the_gain():
     )
 
 
-def test_theorys_own_example():
+def test_example_of_the_theory_page_is_reproduced():
     """20 Hz, one sample late, 200 mm, 2 mm: 20 s."""
     assert least_time(0.2, 0.002, 0.05, 1) == pytest.approx(20.0)
 

@@ -34,7 +34,7 @@ def test_every_level_is_met_with_as_many_seeds(study):
 
 
 @pytest.mark.parametrize("study", STUDIES)
-def test_each_level_is_another_condition_and_the_nominal_one_is_none(study):
+def test_levels_are_distinct_conditions_and_differ_from_nominal(study):
     for factor in study.FACTORS:
         made = [factor.conditions(level) for level in factor.levels]
         assert len(set(made)) == len(made)

@@ -37,14 +37,14 @@ def test_each_refinement_halves_the_interval_by_ratio():
     assert fine.runs == coarse.runs + 2
 
 
-def test_case_that_cannot_at_any_speed_gives_its_least_error():
+def test_case_that_fails_at_every_speed_gives_its_least_error():
     result = found(lambda speed: lagging(speed, floor=0.004))
     assert result.speed is None
     assert result.run.error_p95 == pytest.approx(0.004 + 0.1 * SLOWEST)
     assert result.limit is RunFault.ERROR
 
 
-def test_nothing_stops_the_fastest():
+def test_fastest_speed_is_found_without_a_limit():
     result = found(lambda speed: lagging(speed, lag=0.0))
     assert result.speed == pytest.approx(FASTEST)
     assert result.limit is None

@@ -59,7 +59,7 @@ def test_zero_is_drawn_at_the_minimum_and_nan_is_omitted():
 
 
 @pytest.mark.parametrize("made", [{}, {"ours": []}, {"ours": [(1, 1)]}])
-def test_few_points_or_none_are_no_trouble(made):
+def test_few_or_no_points_are_drawn(made):
     shown = texts(figure(Panel("one", made)))
     assert "one" in shown
     assert ("nothing measured" in shown) == (not any(made.values()))

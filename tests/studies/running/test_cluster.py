@@ -103,7 +103,7 @@ def test_worker_with_another_program_ends_the_run_by_name(local_cluster, monkeyp
         run.go_on()
 
 
-def test_scheduler_that_is_not_there_is_named(monkeypatch):
+def test_missing_scheduler_is_named(monkeypatch):
     pytest.importorskip("distributed")
     monkeypatch.setattr(cluster, "_WAIT", 0.05)
     with pytest.raises(ClusterError, match=r"no scheduler responds \(found: tcp://127.0.0.1:1\)"):

@@ -36,7 +36,7 @@ def test_written_tables_are_read_unchanged(tmp_path, table):
     assert list(read_study_table(tmp_path / "mine.parquet").rows) == ROWS
 
 
-def test_those_that_ship_are_tables(tmp_path):
+def test_shipped_tables_are_valid(tmp_path):
     shipped = sorted(asset("findings").glob("*.csv"))
     assert len(shipped) >= 5
     for path in shipped:

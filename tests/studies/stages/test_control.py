@@ -88,7 +88,7 @@ def test_unfinished_trials_have_a_reason(subject):
         list(STAGE.trials(stopped, at("hybrid", 60.0)))
 
 
-def test_without_a_robot_that_moves_there_is_nothing_to_try(subject):
+def test_stage_without_an_actuated_robot_has_no_trials(subject):
     alone = replace(subject, prepared=None)
     assert list(STAGE.settings(alone)) == []
     assert STAGE.fingerprint(alone) == ""

@@ -15,7 +15,7 @@ def tried(subject, method, **values):
     return list(STAGE.trials(subject, Setting("flatten", method, values, subject.patches)))
 
 
-def test_every_method_is_tried_and_the_slider_where_there_is_one(hemisphere):
+def test_every_method_is_tried_with_its_slider(hemisphere):
     requested = STAGE.settings(hemisphere)
     assert {s.method for s in requested} == set(METHODS) == set(STAGE.methods)
     assert [s.values for s in requested if s.method == "symmetric-dirichlet"] == [

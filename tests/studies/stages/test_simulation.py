@@ -65,7 +65,7 @@ def test_failed_trials_are_reported_without_stopping_the_others(subject):
     assert "unknown integrator" in refused.note
 
 
-def test_without_a_robot_there_is_nothing_to_try(subject):
+def test_stage_without_a_robot_has_no_trials(subject):
     alone = replace(subject, prepared=None)
     assert list(STAGE.settings(alone)) == []
     assert STAGE.fingerprint(alone) == ""

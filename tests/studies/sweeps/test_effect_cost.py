@@ -32,7 +32,7 @@ def rows():
     return [row("none", ""), row("integrator", "implicit"), row("skin", "water-fill"), row("noise", "on")]
 
 
-def test_one_effect_at_a_time_on_the_least_that_it_needs():
+def test_every_effect_is_measured_with_only_the_effects_it_needs():
     for one in effect_cases()[1:]:
         names = [field.name for field in fields(Effects)]
         changed = [name for name in names if getattr(one.effects, name) != getattr(one.without, name)]
@@ -52,7 +52,7 @@ def test_every_effect_in_every_choice_is_measured_but_for_the_time_step():
 
 
 @pytest.mark.long
-def test_with_all_off_nothing_is_left(arm):
+def test_all_effects_off_cost_nothing(arm):
     model = assemble(arm.robot, arm.skin, ALL_OFF, objects=(arm.probe,))
     assert (model.npair, model.ngeom, model.nsensor, model.nv) == (0, 0, 0, len(arm.robot.joints))
     assert model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_CONTACT

@@ -19,7 +19,7 @@ def dragged():
     return drag_ball(flat_skin(100, 0), ElasticLayer(), 0.003, -0.004)
 
 
-def test_the_reference_sticks_where_the_closed_form_says(dragged):
+def test_stick_region_of_the_reference_follows_the_closed_form(dragged):
     # Under a paraboloid p = p0 (1 - r²/a²) and the traction is min(mu p, c): c = mu p0 (1 - sqrt(1 - Q / (mu P))).
     for share, stuck in zip(LOADING, dragged.stuck, strict=False):
         level = 1 - math.sqrt(1 - share)
@@ -31,7 +31,7 @@ def test_the_reference_has_the_tangential_force_of_each_state(dragged):
     assert [load.shear[0] / dragged.limit for load in dragged.loads] == pytest.approx(LOADING + UNLOADING)
 
 
-def test_shear_is_locked_under_a_ball_that_was_let_go(dragged):
+def test_shear_is_locked_under_a_released_ball(dragged):
     released = dragged.forces[len(LOADING) + UNLOADING.index(0.0)]
     assert np.abs(released).sum() > 0.1 * dragged.limit
 

@@ -49,7 +49,7 @@ def test_divergence_has_a_reason_and_no_numbers(rows):
 
 
 @pytest.mark.long
-def test_shorter_step_is_nearer_to_the_truth_and_dearer(rows):
+def test_shorter_step_is_more_accurate_and_slower(rows):
     assert rows[0]["posture_mrad"] < rows[1]["posture_mrad"] < 1
     assert rows[0]["ms"] > 3 * rows[1]["ms"]
 

@@ -16,7 +16,7 @@ PITCH = 0.008
 
 
 @pytest.mark.parametrize("body", BODIES)
-def test_curvatures_in_the_middle_are_those_stated(body):
+def test_curvatures_in_the_middle_have_the_stated_values(body):
     disc = bent_disc(BODIES[body])
     x, y, z = disc.vertices[np.linalg.norm(disc.vertices, axis=1) < 0.01].T
     across, along, twist = np.linalg.lstsq(np.stack([-x * x / 2, -y * y / 2, x * y], axis=1), z, rcond=None)[0]
@@ -37,7 +37,7 @@ def test_sphere_is_round_and_a_cylinder_keeps_the_plates_lengths():
 
 @pytest.mark.long
 @pytest.mark.parametrize("body", ["plate", "saddle of 40 mm"])
-def test_it_sits_over_a_taxel_and_is_all_that_the_ball_touches(body):
+def test_bent_skin_is_centred_on_a_taxel_and_alone_touches_the_ball(body):
     placed = forearm()
     taxel = 150
     bent, middle = with_bent_skin(placed, taxel, BODIES[body], pitch=PITCH, seed=1)

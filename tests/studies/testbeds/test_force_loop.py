@@ -42,7 +42,7 @@ def loop():
 
 
 @pytest.mark.long
-def test_it_is_linear_about_where_the_goal_is_held():
+def test_force_loop_is_linear_about_the_goal():
     session = settled_session(setup(), CALM)
     assert session.total_normal_force == pytest.approx(3.0, abs=0.1)
     made = loop()
@@ -101,7 +101,7 @@ def test_controller_that_lags_bears_less():
 
 
 @pytest.mark.long
-def test_where_nothing_touches_there_is_no_loop():
+def test_force_loop_without_contact_is_rejected():
     away = PathSetup(with_fixed_ball(forearm(), depth=-0.2))
     with pytest.raises(SkinError, match="no contact with the skin"):
         force_loop_at_goal(away, CALM)

@@ -8,7 +8,7 @@ from tactile_maps.studies.testbeds.isomap import isomap
 from tests.support.touch import prepared_bar
 
 
-def test_flat_patch_comes_out_as_it_is_but_for_its_paths_corners():
+def test_flat_patch_is_reproduced_except_for_corners_of_its_paths():
     map_ = prepared_bar().map
     learned = isomap(map_)
     body = map_.skin.patches[0].taxels.positions

@@ -149,7 +149,7 @@ def test_stop_by_the_supervisor_ends_the_run():
 
 
 @pytest.mark.long
-def test_forces_are_true_ones_whatever_is_read():
+def test_stored_forces_are_the_true_forces():
     """The measured force is held at the goal; taxels with wrong gains are pressed differently."""
     hold = replace(FOLLOW, task="keep_force", force_gain=0.003)
     wrong = replace(displaced_ball(), sensor=SensorEffects(gain_spread=GainSpread(sd=0.3)))
@@ -158,7 +158,7 @@ def test_forces_are_true_ones_whatever_is_read():
     assert np.abs(read.force - 3.0).min() > 0.15
 
 
-def test_nothing_is_nothing():
+def test_run_without_ticks_has_no_statistics():
     none = np.zeros(0)
     empty = PathRun(0.005, none, none, none, none, none, none, None, None, None)
     assert (empty.error_p95, empty.error_rms, empty.force_p95(3.0)) == (None, None, None)

@@ -57,7 +57,7 @@ def made(forces=(1.0,), postures=((0.0,),), stopped=""):
 
 
 @pytest.mark.long
-def test_truth_is_the_truth(fine, arm):
+def test_fine_step_has_converged(fine, arm):
     """A fine step has converged: another integrator and twice the step give the same posture and force."""
     for integrator in ("discrete", "implicitfast"):
         other = run_press(arm, effects_at_step(integrator, 0.1), SOFT)
@@ -68,7 +68,7 @@ def test_truth_is_the_truth(fine, arm):
 
 
 @pytest.mark.long
-def test_it_looks_often_then_at_every_step(fine, arm):
+def test_contact_is_sampled_often_and_finally_at_every_step(fine, arm):
     looks = round(1e3 * SETTLING / SAMPLE_MS)
     steps = round(HOLDING / REFERENCE_EFFECTS.timestep)
     assert fine.postures.shape == (looks, len(arm.robot.joints))
@@ -107,14 +107,14 @@ def test_robot_without_joints_has_no_posture_to_be_off():
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", ["ur5e", "icub"])
-def test_on_links_with_hollows_the_skin_is_reached(name):
+def test_probe_reaches_the_skin_on_concave_links(name):
     prepared = prepare_cached(load_scene(name))
     pressed = press_robot(prepared.robot, prepared.skin)
     run = run_press(pressed, effects_at_step("discrete", 1.0), prepared.scene.layer)
     assert run.forces.mean() == pytest.approx(PRESS_FORCE, rel=0.01)
 
 
-def test_truth_without_contact_is_refused():
+def test_true_wrench_without_contact_is_rejected():
     nothing = PressRun(np.zeros((2, 1)), np.zeros(5), np.ones(2))
     with pytest.raises(SimulationError, match="does not reach the skin"):
         nothing.force_errors(nothing)

@@ -34,7 +34,7 @@ def seams_near(prepared, place, within):
     return middles[np.linalg.norm(middles - prepared.skin.position(place), axis=1) < within]
 
 
-def test_no_cut_is_the_map_as_it_was(prepared):
+def test_map_without_cuts_is_unchanged(prepared):
     assert with_slits(prepared, touched_place(prepared), 0) is prepared
 
 

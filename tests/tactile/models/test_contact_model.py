@@ -15,7 +15,7 @@ SKIN = bar_skin()
 LOAD = sphere_load("bar", np.array([0.2, 0.0, 0.02]), np.array([0.0, 0, 1]), 5.0, 0.02)
 
 
-def test_the_names_are_those_of_scenes():
+def test_model_names_are_those_of_scenes():
     assert list(CONTACT_MODELS) == ["point", "water-fill", "punch", "half-space"]
     assert all(entry.name == name and entry.title and entry.tip.endswith(".") for name, entry in CONTACT_MODELS.items())
 

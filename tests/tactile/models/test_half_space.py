@@ -43,7 +43,7 @@ def place_of_a_point(skin, depth):
 
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("depth", [0.5e-3, 2e-3, 8e-3])
-def test_force_is_kept_to_rounding_wherever_it_presses(depth):
+def test_force_is_conserved_to_rounding_everywhere(depth):
     skin = arm().skin
     model = HalfSpaceModel(skin, layer=ElasticLayer(depth=depth))
     generator = np.random.default_rng(0)
@@ -54,7 +54,7 @@ def test_force_is_kept_to_rounding_wherever_it_presses(depth):
         assert model.pressures([load]) @ skin.areas == pytest.approx(7.0, rel=1e-9)
 
 
-def test_a_small_contact_is_felt_as_boussinesq_says():
+def test_small_contact_follows_boussinesq():
     points = quadrature_points(FINE)
     point = place_of_a_point(FINE, 4e-3)
     depth = 4e-3
@@ -67,7 +67,7 @@ def test_a_small_contact_is_felt_as_boussinesq_says():
 
 
 @pytest.mark.parametrize("depth", [4e-3, 8e-3])
-def test_where_points_are_taken_together_a_contact_is_felt_where_it_is(depth):
+def test_grouped_points_keep_the_place_of_a_contact(depth):
     skin = each_point_a_taxel(bar_skin(finer=2))
     at = places(skin)
     rows = np.flatnonzero(np.linalg.norm(at - MIDDLE, axis=1) < 0.01)
@@ -80,7 +80,7 @@ def test_where_points_are_taken_together_a_contact_is_felt_where_it_is(depth):
 
 
 @pytest.mark.long
-def test_even_pressure_on_a_disc_is_felt_on_its_axis_as_love_says():
+def test_even_pressure_on_a_disc_follows_love_on_its_axis():
     points = quadrature_points(FINE)
     radius = 0.012
     depth = 0.005
@@ -92,7 +92,7 @@ def test_even_pressure_on_a_disc_is_felt_on_its_axis_as_love_says():
     assert pressures[centre] == pytest.approx(disc_stress(radius, depth), rel=0.04)
 
 
-def test_a_seam_between_two_patches_of_a_link_is_no_border():
+def test_seam_between_patches_of_a_link_is_not_a_border():
     """The plate cut in two feels, point for point, what the whole one does."""
     whole = bar_skin(finer=2).patches[0]
     left = whole.surface.vertices[whole.surface.faces].mean(axis=1)[:, 0] < MIDDLE[0]
@@ -120,7 +120,7 @@ def test_the_far_side_of_a_thin_link_feels_nothing():
     assert not pressures[100:].any()
 
 
-def test_pads_average_what_comes_through_to_them():
+def test_pads_average_the_transmitted_pressure():
     """Cells and pads read a uniform pressure unchanged."""
     points = quadrature_points(FINE)
     inner = (np.abs(places(FINE) - MIDDLE) < [0.04, 0.03, 1]).all(axis=1)

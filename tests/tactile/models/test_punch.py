@@ -62,7 +62,7 @@ def test_a_box_on_its_edge_is_matched_too():
     assert pressures[at_places(FLAT)[:, 0] > 0.21].sum() > 2 * pressures[at_places(FLAT)[:, 0] < 0.19].sum()
 
 
-def test_on_the_bent_links_of_an_arm_as_well():
+def test_centre_of_pressure_is_kept_on_the_curved_links_of_an_arm():
     skin = each_point_a_taxel(arm().skin)
     model = PunchModel(skin)
     generator = np.random.default_rng(0)

@@ -35,7 +35,7 @@ def sums(made: WaterFillModel, skin: Skin) -> np.ndarray:
     return skin.areas @ made.shear.tractions
 
 
-def test_a_skin_that_was_dragged_and_let_go_keeps_locked_shear_that_sums_to_zero():
+def test_released_skin_keeps_locked_shear_that_sums_to_zero():
     skin = bar_skin(400, finer=2)
     made = model(skin)
     made.pressures([ball(0.2, (1.2, 0.0))])
@@ -52,7 +52,7 @@ def test_points_that_are_touched_anew_carry_no_shear_of_others():
     assert not made.shear.tractions.any()
 
 
-def test_a_contact_that_comes_back_is_relaxed():
+def test_returning_contact_starts_without_shear():
     skin = bar_skin(400, finer=2)
     made = model(skin)
     made.pressures([ball(0.2, (1.2, 0.0))])

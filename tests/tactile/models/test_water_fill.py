@@ -26,7 +26,7 @@ def press(point, force=5.0, radius=0.008, *, link="bar", normal=UP):
 
 
 @pytest.mark.long
-def test_a_sphere_on_a_flat_bed_sinks_as_winkler_says():
+def test_sphere_on_a_flat_bed_sinks_by_winklers_formula():
     """F = π K R d² for a shallow sphere: the peak pressure is K d, and the touched area 2 π R d."""
     skin = bar_skin(1500, finer=4)
     force = 60.0
@@ -39,7 +39,7 @@ def test_a_sphere_on_a_flat_bed_sinks_as_winkler_says():
 
 
 @pytest.mark.long
-def test_each_taxel_feels_what_a_dense_integral_says():
+def test_taxels_agree_with_a_dense_integral():
     """Every point is replaced by the rings of a flat bed under the true sphere, integrated with scipy's root finder."""
     skin = bar_skin(400, finer=4)
     force = 40.0

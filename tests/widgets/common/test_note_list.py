@@ -24,7 +24,7 @@ def made(qtbot):
     return made
 
 
-def test_all_are_copied_where_none_is_selected_and_else_those(made):
+def test_selected_notes_are_copied_or_all_without_a_selection(made):
     QTest.keyClick(made, Qt.Key.Key_C, Qt.KeyboardModifier.ControlModifier)
     everything = "Missing mesh, a.stl: A small box is used\nUnits, b.csv: Read as millimetres"
     assert QGuiApplication.clipboard().text() == everything
@@ -33,7 +33,7 @@ def test_all_are_copied_where_none_is_selected_and_else_those(made):
     assert QGuiApplication.clipboard().text() == "Units, b.csv: Read as millimetres"
 
 
-def test_a_long_text_wraps_and_is_given_the_lines_it_needs(made):
+def test_long_text_wraps_over_as_many_lines_as_needed(made):
     made.put_first(Note("Torn", "modules whose places do not fit together " * 6), most=9)
     assert made.visualItemRect(made.item(0)).height() > 2 * made.visualItemRect(made.item(1)).height()
 
@@ -51,12 +51,12 @@ def test_lines_break_between_words_and_within_one_only_that_is_longer_than_a_lin
     assert layout.boundingRect().height() == pytest.approx(sum(line.height() for line in lines))
 
 
-def test_the_newest_is_on_top_and_the_oldest_goes(made):
+def test_newest_note_is_on_top_and_the_oldest_is_dropped(made):
     made.put_first(Note("New", "one"), most=2)
     assert [note.head for note in made.notes] == ["New", "Missing mesh, a.stl"]
 
 
-def test_a_fault_has_a_mark_and_an_empty_list_says_what_would_fill_it(made):
+def test_fault_has_a_mark_and_an_empty_list_explains_itself(made):
     palette = made.palette()
     palette.setColor(palette.ColorRole.BrightText, "#e03131")
     made.setPalette(palette)

@@ -98,7 +98,7 @@ def test_a_list_that_was_folded_opens_at_the_present_step(panel, editor):
     assert panel.list.viewport().rect().contains(panel.list.visualRect(panel.steps.index(40)))
 
 
-def test_a_replay_goes_nowhere(panel, editor):
+def test_replay_does_not_change_the_step(panel, editor):
     _move(editor, 2)
     editor.set_enabled(enabled=False)
     QTest.mouseClick(panel.list.viewport(), LEFT, Qt.KeyboardModifier.NoModifier, QPoint(60, 4))

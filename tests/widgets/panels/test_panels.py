@@ -60,7 +60,7 @@ def touched(prepared):
     return session.frame
 
 
-def test_a_slider_gives_back_what_it_was_given(qtbot):
+def test_slider_returns_the_set_value(qtbot):
     slider = shown(qtbot, LabelledSlider("Gain", "N", 0.0, 10.0, 0.5, "tip"))
     for value in (0.0, 3.3, 10.0, 25.0, math.inf):
         slider.set_value(value)
@@ -78,7 +78,7 @@ def test_a_slider_moves_by_keys(qtbot):
     assert "3.5\u202fN" in texts(slider)
 
 
-def test_a_slider_rests_once_the_hand_lets_go(qtbot):
+def test_slider_reports_rest_when_released(qtbot):
     slider = shown(qtbot, LabelledSlider("Gain", "N", 0.0, 10.0, 0.5, "tip"))
     rested = []
     handle = slider._slider
@@ -283,7 +283,7 @@ def test_only_the_gain_that_was_moved_changes(qtbot, settings, moved, kept):
     assert getattr(got[0], kept) == getattr(settings, kept)
 
 
-def test_a_law_shows_its_own_gains(qtbot):
+def test_controller_shows_its_own_gains(qtbot):
     panel = shown(qtbot, ControllerPanel())
     got = []
     panel.settings_edited.connect(got.append)
@@ -294,7 +294,7 @@ def test_a_law_shows_its_own_gains(qtbot):
 
 
 @pytest.mark.long
-def test_what_limits_the_controller_is_said(qtbot, touched):
+def test_limits_of_the_controller_are_shown(qtbot, touched):
     panel = shown(qtbot, ControllerPanel())
     panel.show_frame(replace(touched, why_limited=(Limit(LimitKind.JOINT_LIMIT, ("elbow",)),)))
     assert "Limited: joint limit: elbow" in texts(panel)

@@ -39,7 +39,7 @@ def test_colours_run_from_zero_at_the_bottom_to_the_end_at_the_top(bar):
         assert [drawn.red(), drawn.green(), drawn.blue()] == pytest.approx(channels, abs=8)
 
 
-def test_a_double_click_lets_the_hand_type_the_end(bar, chosen):
+def test_double_click_opens_a_field_for_the_end(bar, chosen):
     QTest.mouseDClick(bar, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, QPoint(30, 200))
     editor = bar.findChild(QDoubleSpinBox)
     assert editor.isVisible()
@@ -49,7 +49,7 @@ def test_a_double_click_lets_the_hand_type_the_end(bar, chosen):
     assert not editor.isVisible()
 
 
-def test_an_unchanged_end_says_nothing(bar, chosen):
+def test_unchanged_end_emits_nothing(bar, chosen):
     editor = bar.findChild(QDoubleSpinBox)
     for leave in (Qt.Key.Key_Return, Qt.Key.Key_Escape):
         QTest.keyClick(bar, Qt.Key.Key_Space)
@@ -59,7 +59,7 @@ def test_an_unchanged_end_says_nothing(bar, chosen):
     assert chosen == []
 
 
-def test_escape_gives_up_what_was_typed(bar, chosen):
+def test_escape_discards_typed_text(bar, chosen):
     bar.edit()
     editor = bar.findChild(QDoubleSpinBox)
     QTest.keyClicks(editor, "7")
@@ -89,7 +89,7 @@ def test_the_menu_offers_round_ends(bar, chosen):
     menu.deleteLater()
 
 
-def test_it_marks_the_peak_and_says_when_it_is_beyond_the_end(bar):
+def test_peak_is_marked_and_indicated_beyond_the_end(bar):
     quiet = bar.grab().toImage()
     bar.set_peak(10.0)
     within = bar.grab().toImage()

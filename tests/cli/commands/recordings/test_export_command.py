@@ -37,5 +37,5 @@ def test_damaged_recording_is_exported_and_warned_of(tmp_path, capsys):
     assert "Complete    no" in output.out
 
 
-def test_unknown_format_is_a_wrong_call(tmp_path):
+def test_unknown_format_is_a_usage_error(tmp_path):
     assert run_command(["export", "x.mcap", "--to", "xls", "-o", str(tmp_path / "x")], windows={}) == 2

@@ -43,7 +43,7 @@ def test_paxini_list_of_triples_keeps_the_order(tmp_path):
     np.testing.assert_allclose(taxels.positions[1], [0, 0.001, 0.007])
 
 
-def test_paxini_value_that_is_no_number_is_refused_with_its_place(tmp_path):
+def test_paxini_value_that_is_not_a_number_is_rejected_with_its_place(tmp_path):
     with pytest.raises(SkinError, match=r"pad\.json, points\.2, y_mm: must be a number \(found: left\)"):
         read_taxels(written(tmp_path, "pad.json", paxini(y_mm="left")))
 

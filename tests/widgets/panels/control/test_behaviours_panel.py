@@ -45,7 +45,7 @@ def note(panel) -> QLabel:
     return panel.findChild(QLabel, "behaviours-note")
 
 
-def test_an_empty_one_says_what_would_fill_it(panel):
+def test_empty_panel_explains_itself(panel):
     assert note(panel).isVisible()
     assert "add a behaviour" in note(panel).text()
 
@@ -74,7 +74,7 @@ def test_the_button_adds_one_that_works_as_it_is(panel, qtbot):
         ("lasts", "until released", Behaviour("press", "bar", until_released=True, then=dict(RETREAT.then))),
     ],
 )
-def test_each_part_can_be_chosen_anew(panel, qtbot, part, words, expected):
+def test_every_part_can_be_changed(panel, qtbot, part, words, expected):
     panel.show_behaviours((RETREAT,))
     with qtbot.waitSignal(panel.behaviours_edited) as edited:
         pick(box(panel, part), words)
@@ -90,7 +90,7 @@ def test_a_tap_has_no_release_to_wait_for(panel, qtbot):
     assert not box(panel, "lasts").isEnabled()
 
 
-def test_the_cross_takes_that_one_away(panel, qtbot):
+def test_cross_removes_its_behaviour(panel, qtbot):
     other = Behaviour("tap", then={"controller": "impedance"})
     panel.show_behaviours((RETREAT, other))
     cross = panel.findChildren(QToolButton, "behaviour-remove")[0]
@@ -105,7 +105,7 @@ def test_behaviour_of_a_scene_that_no_list_offers_is_shown(panel):
     assert box(panel, "then").words == "force goal 1.5, task hold point"
 
 
-def test_it_says_what_acted_last(panel):
+def test_last_triggered_behaviour_is_shown(panel):
     panel.show_behaviours((RETREAT,))
     panel.show_triggered(Behaviour("press", where="bar", then={"task": "retreat"}))
     assert note(panel).text() == "Last: press on bar"

@@ -96,7 +96,7 @@ def test_settings_of_shear_are_hidden_for_a_skin_that_measures_none(panel, prepa
     assert panel.edits == []
 
 
-def test_settings_shown_are_not_taken_for_edits(panel):
+def test_shown_settings_are_not_reported_as_edits(panel):
     panel.show_settings(ControlSettings(controller="parallel", task="follow_path", jacobian="raw", path_kind="raster"))
     assert panel.edits == []
     assert panel._boxes["jacobian"].words == "Exact per-triangle Jacobian"
@@ -129,7 +129,7 @@ def test_every_law_is_reached_by_keys_alone(panel):
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("how", ["double click", "delete"])
 @pytest.mark.parametrize("name", ["force_gain", "integral_time", "force_goal"])
-def test_one_number_goes_back_to_where_it_began(panel, name, how):
+def test_single_setting_can_be_reset(panel, name, how):
     began = ControlSettings(controller="hybrid")
     changed = replace(began, force_gain=0.03, integral_time=1.0, force_goal=7.0)
     panel.show_settings(changed)
@@ -144,7 +144,7 @@ def test_one_number_goes_back_to_where_it_began(panel, name, how):
     assert "Double-click" in slider._name.toolTip()
 
 
-def test_all_gains_go_back_and_what_is_to_be_done_stays(panel):
+def test_all_gains_are_reset_and_the_task_stays(panel):
     settings = ControlSettings(
         controller="parallel", task="hold_point", force_gain=0.03, inertia_time=0.2, force_goal=8.0
     )
@@ -168,7 +168,7 @@ def test_a_law_has_its_gains_back_when_it_is_chosen_again(panel):
     assert panel.edits[-1].force_gain == pytest.approx(0.001), "remembered however the controller was left"
 
 
-def test_gains_go_back_to_the_scene_s_own(panel, prepared):
+def test_gains_are_reset_to_those_of_the_scene(panel, prepared):
     scene = replace(prepared.scene, control={"stiffness": 20.0})
     panel.show_prepared(replace(prepared, scene=scene))
     panel.show_settings(ControlSettings(stiffness=9.0))
@@ -191,7 +191,7 @@ def test_gains_go_back_to_the_scene_s_own(panel, prepared):
         (ControlSettings(controller="impedance", task="follow_path"), None),
     ],
 )
-def test_a_task_that_remembers_a_place_can_be_started_again(panel, settings, words):
+def test_task_with_a_stored_place_can_be_restarted(panel, settings, words):
     panel.show_settings(settings)
     button = panel.findChild(QPushButton, "task-again")
     assert button.isVisible(), "it keeps its place"
@@ -202,7 +202,7 @@ def test_a_task_that_remembers_a_place_can_be_started_again(panel, settings, wor
         assert panel.edits == [replace(settings, starts=1)]
 
 
-def test_what_it_does_and_the_energy_it_gave_are_said(panel, prepared):
+def test_activity_and_energy_of_the_controller_are_shown(panel, prepared):
     panel.show_settings(ControlSettings(controller="hybrid", task="hold_point"))
     report = TaskReport(error=0.0021, force_goal=3.0, energy=-0.126, tank=0.99)
     panel.show_frame(moving(prepared, 1.0, task=report))
@@ -212,7 +212,7 @@ def test_what_it_does_and_the_energy_it_gave_are_said(panel, prepared):
     assert text(panel, "energy") == MIXED_VALUES
 
 
-def test_a_limit_that_flashed_stays_legible_and_then_goes(panel, prepared):
+def test_short_limit_stays_legible_and_then_disappears(panel, prepared):
     panel.show_settings(ControlSettings(controller="hybrid"))
     panel.show_frame(moving(prepared, 1.0, why_limited=(Limit(LimitKind.JOINT_SPEED),)))
     assert panel._why.words == "Adapted: joint speed"
@@ -245,12 +245,12 @@ def test_step_response_is_shown_until_another_setting_is_changed(panel, prepared
     assert len(panel._step._samples) == samples
 
 
-def test_comparing_is_asked_for(panel, qtbot):
+def test_comparison_is_requested(panel, qtbot):
     with qtbot.waitSignal(panel.comparison_requested):
         click(panel, "compare-controllers")
 
 
-def test_a_law_that_is_in_force_already_is_no_edit(panel):
+def test_choosing_the_current_controller_is_not_an_edit(panel):
     assert "impedance" not in CONTROL_SCHEMES
     click(panel, "controller-impedance")
     assert panel.edits == []
@@ -351,7 +351,7 @@ def test_each_state_has_a_shape_of_its_own(line):
 
 
 @pytest.mark.long
-def test_what_ended_is_quieter_than_what_goes_on(line):
+def test_ended_limit_is_drawn_weaker_than_an_active_one(line):
     apply_theme(QApplication.instance(), LIGHT)
     try:
         line.show_limits((ShownLimit(A, True), ShownLimit(B, False)))
@@ -367,13 +367,13 @@ def test_nothing_below_moves_when_limits_come_and_go(line):
     assert line.heightForWidth(260) <= max(free, line.minimumSizeHint().height()) + 1
 
 
-def test_what_controllers_say_is_text_and_no_markup(line):
+def test_text_of_controllers_is_not_markup(line):
     line.show_limits((ShownLimit(Limit(LimitKind.JOINT_LIMIT, ("<b>5 < 6</b>",)), True),))
     assert "&lt;b&gt;5 &lt; 6" in line._words.text()
 
 
 @pytest.mark.parametrize("theme", THEMES.values(), ids=THEMES)
-def test_only_a_goal_that_is_not_reached_is_an_alarm(theme):
+def test_only_a_missed_goal_is_an_alarm(theme):
     colours = {kind: severity_colour(kind.severity, theme) for kind in LimitKind}
     for kind in (LimitKind.JOINT_RESPONSE, LimitKind.FORCE_GAIN_HELD, LimitKind.POSITION_GAIN_HELD):
         assert colours[kind] == theme.quiet

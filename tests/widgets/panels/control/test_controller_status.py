@@ -30,7 +30,7 @@ def stepped(answer=lambda t: 6 - 3 * np.exp(-t / 0.1)):
     return watch
 
 
-def test_the_first_goal_is_no_step():
+def test_first_goal_is_not_a_step():
     watch = StepResponseMonitor()
     follow(watch, 1.0, start=0.0, goal=3.0, force=0.0)
     assert watch.response is None
@@ -43,7 +43,7 @@ def test_a_step_is_read():
     assert step_response_text(found).startswith("Goal 3.0 → 6.0\u202fN: 0\u202f% overshoot, settled in 0.3")
 
 
-def test_one_that_overshoots_says_so_and_one_that_has_not_settled_too():
+def test_overshoot_and_unsettled_response_are_stated():
     found = stepped(lambda t: 6.0 + 1.5 * np.exp(-t) * np.cos(8 * t)).response
     assert found.overshoot == pytest.approx(0.5, abs=0.02)
     assert step_response_text(stepped(lambda _t: 4.0).response).endswith("0\u202f% overshoot, not settled yet")
@@ -58,7 +58,7 @@ def test_a_slider_on_its_way_is_one_step():
     assert (watch.response.before, watch.response.goal) == (3.0, 5.0)
 
 
-def test_a_slider_that_came_back_is_no_step():
+def test_goal_that_returned_is_not_a_step():
     watch = StepResponseMonitor()
     now = follow(watch, 1.0, start=0.0, goal=3.0, force=3.0)
     now = follow(watch, 0.1, start=now, goal=4.0, force=3.0)
@@ -66,7 +66,7 @@ def test_a_slider_that_came_back_is_no_step():
     assert watch.response is None
 
 
-def test_a_lost_contact_ends_the_watch_and_its_return_is_no_step():
+def test_lost_contact_ends_the_measurement_and_its_return_is_not_a_step():
     watch = stepped()
     before = watch.response
     watch.take(3.1, 0.0, None)
@@ -75,7 +75,7 @@ def test_a_lost_contact_ends_the_watch_and_its_return_is_no_step():
     assert watch.response.goal == before.goal
 
 
-def test_another_change_ends_the_watch():
+def test_other_change_ends_the_measurement():
     watch = stepped()
     before = watch.response
     watch.hold()
@@ -85,7 +85,7 @@ def test_another_change_ends_the_watch():
     assert watch.response.goal == 2.0, "until the next step"
 
 
-def test_time_that_runs_backwards_forgets():
+def test_time_that_runs_backwards_resets_the_measurement():
     watch = stepped()
     watch.take(0.0, 0.0, 6.0)
     assert watch.response is None
@@ -107,7 +107,7 @@ def said(task, frame, *limits, controller="hybrid", error=None, way=0.0, regrasp
 
 
 @pytest.mark.parametrize("task", CHOICES["task"])
-def test_every_task_waits_and_works_in_its_own_words(task):
+def test_every_task_has_texts_for_waiting_and_working(task):
     waiting = said(task, NO_CONTACT)
     working = said(task, TWO, error=0.001)
     assert waiting != working
@@ -132,7 +132,7 @@ def test_status_of_a_task_contains_its_numbers(task, frame, words):
     assert said(task, frame, error=0.0012 if at_a_place else None, way=0.0341) == words
 
 
-def test_a_force_that_is_kept_at_several_contacts_says_at_how_many():
+def test_status_states_the_number_of_controlled_contacts():
     goal = max(region.force for region in TWO.regions)
     ids = tuple(region.id for region in TWO.regions)
     settings = ControlSettings(controller="hybrid", task="keep_force", force_goal=goal)
@@ -143,12 +143,12 @@ def test_a_force_that_is_kept_at_several_contacts_says_at_how_many():
         assert task_status_text(settings, replace(TWO, task=TaskReport(controlled=controlled))) == words
 
 
-def test_a_path_that_waits_says_so():
+def test_waiting_path_is_reported():
     words = said("follow_path", ONE, Limit(LimitKind.PATH_WAITS), error=0.0104)
     assert words == "Waiting for the contact, error 10.4\u202fmm"
 
 
-def test_what_went_wrong_comes_first():
+def test_problem_is_reported_first():
     assert said("keep_force", NO_CONTACT, Limit(LimitKind.CONTACT_LOST)) == "Reacquiring contact"
     assert said("keep_force", ONE, Limit(LimitKind.STOPPED_BY_FORCE, value=41.0, bound=40.0)) == "Stopped"
 
@@ -172,7 +172,7 @@ def test_controllers_without_a_task_say_what_they_do():
 
 
 @pytest.mark.parametrize(("frame", "words"), [(NO_CONTACT, "Moving to its posture"), (ONE, "Yielding to the touch")])
-def test_an_arm_that_moves_is_not_said_to_hold(frame, words):
+def test_moving_arm_is_not_reported_as_holding(frame, words):
     moving = replace(frame, posture=np.zeros(2), velocity=np.array([0.0, 0.1]))
     assert said("guide", moving, controller="impedance", report=False) == words
 

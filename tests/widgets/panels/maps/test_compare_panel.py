@@ -70,7 +70,7 @@ def drawing(tmp_path, editor):
     return path, points
 
 
-def test_nothing_to_compare_with_says_what_could_be(panel):
+def test_empty_panel_explains_what_can_be_compared(panel):
     assert "another map" in _note(panel)
     assert _button(panel, "with").isEnabled()
     assert not any(_button(panel, name).isVisible() for name in ("a", "b", "take", "forget"))
@@ -90,7 +90,7 @@ def test_the_map_as_it_is_can_be_kept(panel, editor):
     assert _button(panel, "b").accessibleName() == "B: Rename"
 
 
-def test_b_is_seen_and_an_edit_goes_back_to_a(panel, editor):
+def test_edit_while_b_is_shown_returns_to_a(panel, editor):
     _press(panel, "keep")
     assert panel.shown == []
     _press(panel, "b")
@@ -105,7 +105,7 @@ def test_b_is_seen_and_an_edit_goes_back_to_a(panel, editor):
 
 
 @pytest.mark.parametrize("write", [save_document, lambda document, path: save_map(document.map, path)])
-def test_a_saved_map_is_taken_over_in_one_step(panel, editor, tmp_path, write):
+def test_saved_map_is_applied_in_one_step(panel, editor, tmp_path, write):
     other = mirror(editor.document, [1])
     write(other, tmp_path / "mirrored.npz")
     panel.open_paths([tmp_path / "mirrored.npz"])
@@ -122,7 +122,7 @@ def test_a_saved_map_is_taken_over_in_one_step(panel, editor, tmp_path, write):
     assert editor.document is first
 
 
-def test_another_skin_is_refused_and_b_stays(panel, editor, tmp_path):
+def test_map_of_another_skin_is_rejected_and_b_stays(panel, editor, tmp_path):
     _press(panel, "keep")
     kept = panel.other
     save_map(leaf_map(), tmp_path / "leaves.npz")
@@ -133,7 +133,7 @@ def test_another_skin_is_refused_and_b_stays(panel, editor, tmp_path):
 
 
 @pytest.mark.parametrize("name", ["missing.npz", "text.csv"])
-def test_what_cannot_be_read_is_refused(panel, tmp_path, name):
+def test_unreadable_file_is_rejected(panel, tmp_path, name):
     (tmp_path / "text.csv").write_text("neither taxels nor a map")
     panel.open_paths([tmp_path / name])
     assert _note(panel).startswith("▲")
@@ -154,7 +154,7 @@ def test_a_drawing_is_measured_but_not_shown(panel, drawing):
     assert "not displayed" in _note(panel)
 
 
-def test_a_drawing_is_taken_over_by_arranging_and_pinning(panel, editor, drawing):
+def test_drawing_is_applied_by_arranging_and_pinning(panel, editor, drawing):
     path, points = drawing
     before = procrustes(points, editor.document.map.taxel_points, editor.document.skin.first)
     panel.open_paths([path])
@@ -165,7 +165,7 @@ def test_a_drawing_is_taken_over_by_arranging_and_pinning(panel, editor, drawing
     assert after < 0.5 * before
 
 
-def test_another_robot_has_nothing_to_compare_with(panel, editor):
+def test_another_robot_clears_the_comparison(panel, editor):
     ended = []
     panel.ended.connect(lambda: ended.append(1))
     _press(panel, "keep")
@@ -204,14 +204,14 @@ def test_numbers_are_shown_in_the_quality_panel(qtbot, editor):
     assert first.text().startswith("×")
 
 
-def test_what_failed_in_the_worker_is_said(panel):
+def test_failure_of_the_worker_is_reported(panel):
     _press(panel, "keep")
     panel.show_failed("the layout does not name each taxel once.")
     assert _note(panel) == "▲ The layout does not name each taxel once."
 
 
 @pytest.mark.long
-def test_one_key_shows_the_other_layout_and_ours_again(window):
+def test_key_toggles_between_the_layouts(window):
     window.action("compare").trigger()
     assert not window.column["compare"].shows_other, "no second map yet"
     window.column["compare"].keep_present()

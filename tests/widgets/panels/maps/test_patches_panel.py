@@ -97,7 +97,7 @@ def test_a_name_is_written_in_its_place(panel, editor, by):
     assert not fired, "the window's own F2 must not act while a patch has the focus"
 
 
-def test_a_refused_name_stays_open_and_says_why(panel, editor):
+def test_rejected_name_stays_open_with_the_reason(panel, editor):
     taken = editor.document.patches[0].name
     _click(panel, 1, double=True)
     field = _field(panel)
@@ -147,7 +147,7 @@ def test_two_quick_presses_on_the_eye_are_two(panel, editor):
     assert panel.list.findChild(QLineEdit, "patch-name") is None
 
 
-def test_selection_goes_both_ways(panel, editor):
+def test_selection_is_synchronised_both_ways(panel, editor):
     _click(panel, 0)
     assert editor.selected == (0,)
     _click(panel, 2, keys=CTRL)
@@ -194,7 +194,7 @@ def test_rows_are_dragged_to_another_place(panel, editor, rows, y, order):
     assert editor.history.names[1:] == ("Reorder patches",)
 
 
-def test_what_is_no_patch_is_not_dropped(panel, editor):
+def test_only_patches_can_be_dropped(panel, editor):
     data = QMimeData()
     data.setText("0 1")
     drop = QDropEvent(QPointF(80, 4), Qt.DropAction.MoveAction, data, LEFT, NONE)
@@ -365,7 +365,7 @@ def test_values_that_differ_are_a_dash(panel, editor):
     assert combo.placeholderText() == "—"
 
 
-def test_the_slider_acts_when_the_hand_lets_go(panel, editor, qtbot):
+def test_slider_takes_effect_when_released(panel, editor, qtbot):
     slider = panel.findChild(LabelledSlider, "patch-lengths")
     assert not slider.isEnabled()
     editor.select([2])
@@ -384,7 +384,7 @@ def test_the_slider_acts_when_the_hand_lets_go(panel, editor, qtbot):
     assert len(editor.history.names) == 3, "keys that come quickly are one step"
 
 
-def test_a_method_without_a_slider_says_so(panel, editor):
+def test_method_without_a_slider_is_indicated(panel, editor):
     slider = panel.findChild(LabelledSlider, "patch-lengths")
     assert "Select a patch" in slider.toolTip()
     editor.ask(partial(set_method, numbers=[2], method="lscm"))
@@ -393,7 +393,7 @@ def test_a_method_without_a_slider_says_so(panel, editor):
     assert "Conformal (LSCM) preserves angles" in slider.toolTip()
 
 
-def test_a_chart_from_elsewhere_keeps_its_own_name(qtbot):
+def test_imported_chart_keeps_its_method_name(qtbot):
     editor = MapEditor(SceneJobs(InlineExecutor("prepare")))
     editor.open(MapDocument.of(leaf_map()))
     editor.set_enabled(enabled=True)

@@ -67,7 +67,7 @@ def test_low_coverage_is_marked(panel, leaves):
     assert _text(panel, "note") == "Above threshold: coverage."
 
 
-def test_what_is_bad_is_marked_and_named(panel, leaves):
+def test_bad_measure_is_marked_and_named(panel, leaves):
     bad = replace(leaves[2], area=DistortionSummary(1.5, 4.0, float("inf")), torn=0.2, torn_pairs=40, pairs=200)
     panel.show_quality(bad)
     assert _marked(panel) == {"quality-area-mark", "quality-torn-mark"}
@@ -81,7 +81,7 @@ def test_what_is_bad_is_marked_and_named(panel, leaves):
 
 
 @pytest.mark.long
-def test_a_map_that_is_not_one_to_one_says_so_first(panel, leaves):
+def test_map_that_is_not_one_to_one_is_reported_first(panel, leaves):
     panel.show_quality(replace(leaves[2], bijective=False, flips=3, overlaps=2))
     assert _text(panel, "bijective") == "no"
     assert _text(panel, "note") == "Not bijective: 3 triangles flipped, 2 overlaps."
@@ -89,14 +89,14 @@ def test_a_map_that_is_not_one_to_one_says_so_first(panel, leaves):
 
 
 @pytest.mark.long
-def test_what_is_unknown_is_a_dash_not_a_number(panel, leaves):
+def test_unknown_measure_is_a_dash(panel, leaves):
     panel.show_quality(replace(leaves[2], trustworthiness=None, round_trip_mm=None))
     assert _text(panel, "trustworthiness") == _text(panel, "round_trip_mm") == "–"
     assert _marked(panel) == set()
 
 
 @pytest.mark.long
-def test_every_number_says_what_it_means(panel, leaves):
+def test_every_number_has_a_tooltip(panel, leaves):
     panel.show_quality(leaves[2])
     for label in panel.findChildren(QLabel):
         if label.objectName().startswith("quality-") and label.objectName().endswith(("angle", "stress", "continuity")):

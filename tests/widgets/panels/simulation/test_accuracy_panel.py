@@ -113,7 +113,7 @@ def alone(panel):
 
 
 @in_a_process
-def test_until_measured_it_says_what_it_would_show_and_how_long_that_takes(panel, qtbot):
+def test_panel_before_a_measurement_explains_content_and_duration(panel, qtbot):
     assert "Measuring hemisphere takes about 2\u202fs" in said(panel, "question")
     press(panel, "image", qtbot)
     assert "Measuring the whole map takes about" in said(panel, "question")
@@ -159,7 +159,7 @@ def test_results_are_kept_by_stage_and_forgotten_with_the_skin(panel, qtbot, doc
 
 
 @pytest.mark.long
-def test_the_simulation_is_measured_on_the_robot_that_wears_the_skin(panel, qtbot):
+def test_simulation_is_measured_on_the_robot_of_the_skin(panel, qtbot):
     """The measurement needs the robot, and nothing is drawn without it."""
     prepared = prepared_bar()
     panel.show_document(MapDocument.of(prepared.map))
@@ -223,7 +223,7 @@ def test_points_appear_during_a_measurement_and_a_dead_process_is_reported(panel
 
 @pytest.mark.long
 @in_a_process
-def test_another_skin_stops_what_is_being_measured(panel, qtbot):
+def test_another_skin_stops_the_measurement(panel, qtbot):
     press(panel, "measure", qtbot)
     panel.show_document(body(), ())
     assert not panel.busy
@@ -232,7 +232,7 @@ def test_another_skin_stops_what_is_being_measured(panel, qtbot):
 
 
 @pytest.mark.long
-def test_enlarged_it_has_a_window_of_its_own_until_escape(panel, qtbot):
+def test_enlarged_diagram_has_its_own_window_until_escape(panel, qtbot):
     measure(panel, qtbot, "flatten")
     small = panel.board.plot.canvas.width()
     press(panel, "enlarge", qtbot)
@@ -251,7 +251,7 @@ def test_enlarged_it_has_a_window_of_its_own_until_escape(panel, qtbot):
 
 
 @pytest.mark.long
-def test_it_fits_the_column_and_takes_a_theme(panel, qtbot):
+def test_panel_fits_the_column_and_follows_the_theme(panel, qtbot):
     press(panel, "flatten", qtbot)
     press_measure(panel, qtbot)
     assert drawn(panel)

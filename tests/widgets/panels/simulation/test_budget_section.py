@@ -69,7 +69,7 @@ def limit(section, kind, **limits):
         section.limits[name].setValue(number)
 
 
-def test_the_limits_are_those_of_what_is_limited(section):
+def test_limit_fields_follow_the_kind_of_budget(section):
     assert [name for name, field in section.limits.items() if field.isVisible()] == ["milliseconds"]
     limit(section, "errors")
     assert [name for name, field in section.limits.items() if field.isVisible()] == ["millimetres", "newtons"]
@@ -88,7 +88,7 @@ def test_controllers_are_measured_where_errors_are_limited(section, qtbot):
     assert asked.args == [True]
 
 
-def test_one_measurement_answers_every_budget_and_says_what_is_given_up(section):
+def test_one_measurement_serves_every_budget_and_states_the_trade_off(section):
     section.show_measured(measured())
     limit(section, "time", milliseconds=0.3)
     assert "<b>Nearest 128²</b>" in section.table.text()
@@ -143,7 +143,7 @@ def test_prediction_is_scaled_to_the_slower_window(section, qtbot):
     assert section.note.text() == "Simulation and touch: 1.8\u202fms predicted, 1.7\u202fms measured."
 
 
-def test_of_another_scene_nothing_is_kept(section):
+def test_another_scene_clears_the_budget(section):
     section.show_measured(measured())
     section.forget()
     assert (section.table.text(), section.note.text()) == ("", "")

@@ -28,7 +28,7 @@ def row_of(scene, key):
 
 
 @pytest.mark.parametrize("key", EFFECTS)
-def test_every_choice_is_one_that_the_scene_takes(key):
+def test_every_choice_is_valid_in_a_scene(key):
     choices = effect_choices(key, tick=SCENE.tick)
     assert choices[0] == ("Auto", "auto")
     assert len(choices) >= 3
@@ -61,7 +61,7 @@ def test_choice_of_the_user_is_distinguished_from_the_scene():
     assert decision.effects == scene.effects
 
 
-def test_what_is_off_says_what_it_would_usually_be():
+def test_disabled_effect_states_its_default():
     row = row_of(SCENE, "noise")
     assert not row.on
     assert "Default: sd 100." in effect_tip(row, row)
@@ -70,7 +70,7 @@ def test_what_is_off_says_what_it_would_usually_be():
     assert "sd 300" in effect_tip(on, row)
 
 
-def test_what_changed_in_a_recording_is_marked_and_nothing_else():
+def test_only_effects_changed_in_a_recording_are_marked():
     effects = replace(SCENE.effects, friction=True, sensor=SensorEffects(noise=Noise()))
     assert recorded_decision(SCENE, SCENE.effects) is SCENE.decision
     changed = recorded_decision(SCENE, effects)
@@ -105,14 +105,14 @@ def test_effect_without_a_stage_has_the_separately_measured_cost():
     assert costs.of(ROWS["timestep"]).words == "–", "it cannot be left out"
 
 
-def test_what_is_off_costs_nothing_whatever_was_measured():
+def test_disabled_effect_costs_nothing():
     costs = EffectCosts()
     costs.add(Timings({"crosstalk": 1.0}))
     costs.prices = {"crosstalk": 1.0}
     assert costs.of(ROWS["crosstalk"]).words == "–"
 
 
-def test_a_stage_that_was_switched_off_is_forgotten():
+def test_disabled_stage_is_forgotten():
     costs = EffectCosts()
     costs.add(Timings({"touch": 0.2, "noise": 0.5}))
     costs.add(Timings({"touch": 0.2}))

@@ -53,13 +53,13 @@ def pick(line, words):
     assert not view.isVisible()
 
 
-def test_there_is_a_row_for_every_effect_with_its_value(panel, prepared):
+def test_every_effect_has_a_row_with_its_value(panel, prepared):
     assert list(panel.lines) == list(EFFECTS)
     for row in prepared.scene.decision.rows:
         assert panel.lines[row.name].words[:2] == (row.title, row.value)
 
 
-def test_the_sensor_is_folded_until_it_is_asked_for(panel):
+def test_sensor_effects_are_folded_until_opened(panel):
     assert panel.lines["skin"].isVisible()
     assert not any(panel.lines[key].isVisible() for key in SENSOR_KEYS)
     QTest.mouseClick(panel.findChild(object, "effects-sensor-heading"), LEFT)
@@ -124,7 +124,7 @@ def test_a_press_on_a_row_tells_why_and_one_row_at_a_time(panel):
     assert [key for key, line in panel.lines.items() if line.why] == ["skin"]
 
 
-def test_stages_cost_what_they_cost_here_and_the_rest_is_quiet(panel, prepared):
+def test_costs_of_stages_are_measured_here_and_others_shown_weaker(panel, prepared):
     panel.show_frame(replace(touched(prepared.map), timings=Timings({"physics": 0.5, "touch": 0.25})))
     panel.show_prices({"joint_limits": 0.04})
     cost = {key: panel.findChild(QLabel, f"effect-{key}-cost") for key in ("skin", "joint_limits", "friction")}
@@ -146,7 +146,7 @@ def test_a_note_of_one_tick_is_shown_at_the_next_refresh_and_once(panel, prepare
     assert label.isHidden()
 
 
-def test_warnings_are_said_while_there_are_any(panel, prepared):
+def test_warnings_are_shown_while_present(panel, prepared):
     label = panel.findChild(QLabel, "effects-warnings")
     assert not label.isVisible()
     show(panel, prepared.scene, notes=[Finding("unstable-time-step", "here", "Choose another step")])
@@ -158,7 +158,7 @@ def test_warnings_are_said_while_there_are_any(panel, prepared):
     assert not label.isVisible()
 
 
-def test_all_to_auto_is_there_when_something_is_not(panel, prepared, qtbot):
+def test_all_to_auto_is_visible_if_an_effect_is_overridden(panel, prepared, qtbot):
     button = panel.findChild(QPushButton, "effects-all-auto")
     assert not button.isEnabled()
     show(panel, with_override(prepared.scene, "friction", "on"))

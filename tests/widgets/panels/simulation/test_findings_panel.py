@@ -20,13 +20,13 @@ def panel(qtbot):
     return made
 
 
-def test_a_finding_is_said_in_words():
+def test_finding_is_shown_in_words():
     text = "A small box is used; choose the package root"
     assert note_of(MISSING) == Note("2 × missing mesh, link_3.stl", text, fault=True)
     assert not note_of(Finding("guessed-units", "", "read as millimetres")).fault
 
 
-def test_those_of_robot_skin_and_map_are_listed(panel, prepared):
+def test_findings_of_robot_skin_and_map_are_listed(panel, prepared):
     of_map = Finding("seam-added", "hand", "cut once more")
     charts = (replace(prepared.map.charts[0], findings=(of_map,)), *prepared.map.charts[1:])
     robot = replace(prepared.robot, findings=(MISSING,))
@@ -46,7 +46,7 @@ def test_list_of_findings_never_scrolls(panel, prepared):
     assert panel.list.viewport().rect().contains(rows)
 
 
-def test_what_the_window_says_is_kept(window_again):
+def test_messages_of_the_window_are_kept(window_again):
     kept = window_again.column.get(MessagesPanel).list
     window_again.notifier.say("Saved a.mcap")
     window_again.notifier.fault("The file cannot be read")

@@ -67,7 +67,7 @@ def test_every_estimator_is_offered_with_its_cost_and_loss(box):
     assert all(box.estimator.itemData(row, Qt.ItemDataRole.ToolTipRole) for row in range(len(ESTIMATORS)))
 
 
-def test_a_hand_chooses_an_estimator_and_a_threshold(qtbot, box):
+def test_user_chooses_an_estimator_and_a_threshold(qtbot, box):
     edited: list[ReadingSettings] = []
     box.reading_edited.connect(edited.append)
     choose(box.estimator, 2)
@@ -81,7 +81,7 @@ def test_a_hand_chooses_an_estimator_and_a_threshold(qtbot, box):
     assert edited[-1].threshold is None
 
 
-def test_what_is_in_force_is_shown_and_not_asked_for(box):
+def test_current_settings_are_shown_without_a_request(box):
     edited: list[ReadingSettings] = []
     box.reading_edited.connect(edited.append)
     box.show_reading(ReadingSettings("lumped", 1234.0, wrench_noise=0.1))
@@ -100,7 +100,7 @@ def test_choosing_what_is_chosen_asks_for_nothing(box):
     assert edited == []
 
 
-def test_automatic_says_what_it_means_under_the_noise_in_force(box):
+def test_automatic_threshold_states_its_value_for_the_current_noise(box):
     assert box.threshold.words == "Contact threshold 1\u202fkPa, automatic"
     box.show_effects(Effects(sensor=SensorEffects(noise=Noise(2000.0))))
     assert box.threshold.words == "Contact threshold 6\u202fkPa, automatic"
@@ -241,7 +241,7 @@ def test_sum_of_depths_is_shown_without_an_accuracy(panel, prepared):
     assert "No upper limit: depths are not pressures" in facts.toolTip()
 
 
-def test_what_cannot_be_observed_is_said_quietly(panel):
+def test_unobservable_force_is_stated_in_weak_text(panel):
     line = panel.findChild(QLabel, "contacts-shear")
     assert line.text() == "Net shear is unobservable"
     assert line.property("role") == "caption"
@@ -302,7 +302,7 @@ def test_a_replay_cannot_be_read_otherwise(panel):
 
 
 @pytest.mark.long
-def test_in_the_window_a_choice_reaches_the_session_and_a_paused_one_after_a_reset(window, qtbot):
+def test_choice_reaches_a_running_session_at_once_and_a_paused_one_after_a_reset(window, qtbot):
     live = window.live
     reading = window.column["contacts"].reading
     live.set_paused(paused=True)
@@ -316,7 +316,7 @@ def test_in_the_window_a_choice_reaches_the_session_and_a_paused_one_after_a_res
     assert reading.threshold.words == "Contact threshold 2\u202fkPa"
 
 
-def test_of_seven_contacts_all_can_be_scrolled_to(panel, prepared, qtbot):
+def test_seven_contacts_can_all_be_scrolled_to(panel, prepared, qtbot):
     """Three rows are visible; the scroll bar reaches the rest, a selected row becomes visible, and no row moves."""
     tall = panel.sizeHint().height()
     panel.show_frame(touched(prepared.map, [8 * k for k in range(1, 8)]))

@@ -66,7 +66,7 @@ def test_end_without_a_stored_beginning_is_listed():
     assert len(event_lines((event(90, "stroke", "ended"),))) == 1
 
 
-def test_the_panel_says_what_would_fill_it(panel):
+def test_empty_panel_explains_itself(panel):
     assert panel._note.isVisible()
     assert not panel.list.isVisible()
     panel.show_frame(frame(PRESSING))
@@ -74,7 +74,7 @@ def test_the_panel_says_what_would_fill_it(panel):
     assert panel.list.isVisible()
 
 
-def test_it_follows_frames_forth_and_back_and_is_cleared(panel):
+def test_list_follows_frames_in_both_directions_and_is_cleared(panel):
     panel.show_frame(frame(RELEASED))
     assert len(words(panel)) == 3
     panel.show_frame(frame(PRESSING))
@@ -92,7 +92,7 @@ def test_nothing_new_changes_nothing(qtbot, panel):
         panel.show_frame(frame(tuple(PRESSING)))
 
 
-def test_a_hand_that_reads_old_lines_is_left_alone(qtbot, panel):
+def test_scrolled_list_is_not_moved_by_new_lines(qtbot, panel):
     many = tuple(event(tick, "touch", "began", tick) for tick in range(60, 0, -1))
     panel.show_frame(frame(many))
     bar = panel.list.verticalScrollBar()

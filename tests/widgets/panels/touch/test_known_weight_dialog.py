@@ -12,7 +12,7 @@ from tactile_widgets.panels.touch.live_input_panel import LiveInputPanel
 from tactile_widgets.session.live_input import LiveInputSettings
 
 
-def test_a_weight_calibrates_and_is_taken_back(window, tmp_path, monkeypatch):
+def test_weight_calibrates_and_can_be_undone(window, tmp_path, monkeypatch):
     window.live.connection.open(LiveInputSettings("udp://127.0.0.1:0"))
     session = window.live.live_input.session
     panel = window.column.get(LiveInputPanel)

@@ -61,7 +61,7 @@ def notes_of(panel):
 
 
 @pytest.mark.long
-def test_it_is_there_while_something_is_connected(window, tmp_path):
+def test_panel_is_visible_while_connected(window, tmp_path):
     panel = window.column.get(LiveInputPanel)
     assert panel.isHidden()
     assert not window.action("disconnect").isEnabled()
@@ -74,7 +74,7 @@ def test_it_is_there_while_something_is_connected(window, tmp_path):
 
 
 @pytest.mark.long
-def test_it_tells_how_readings_arrive(window, tmp_path):
+def test_panel_shows_the_arrival_of_readings(window, tmp_path):
     panel = connected(window, tmp_path)
     assert text(panel, "counts") == "5"
     assert text(panel, "loss") == "17\u202f%"
@@ -152,7 +152,7 @@ def test_no_simulated_finger_is_offered_on_a_real_skin(window, tmp_path):
     assert contacts.fingers.isVisible()
 
 
-def test_it_fits_the_column_with_much_trouble(window, tmp_path):
+def test_panel_with_many_problems_fits_the_column(window, tmp_path):
     panel = connected(window, tmp_path)
     counts = (f"{12345} {name}" for name in ("malformed", "duplicated", "reordered", "late", "restarts", "refused"))
     panel.findChild(QLabel, "live-trouble").setText(", ".join(counts))
@@ -199,7 +199,7 @@ def test_counts_are_never_called_pressure_or_force(window, tmp_path):
     assert not any("disconnect it" in label.text() for label in window.column.findChildren(QLabel) if label.isVisible())
 
 
-def test_pressure_without_a_calibration_is_refused_in_place_and_tare_is_asked_for(window, tmp_path):
+def test_pressure_without_a_calibration_is_rejected_in_place_and_tare_is_offered(window, tmp_path):
     panel = connected(window, tmp_path)
     modes = panel.findChild(QComboBox, "live-mode")
     modes.activated.emit(2)

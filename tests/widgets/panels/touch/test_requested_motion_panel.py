@@ -157,7 +157,7 @@ def test_the_switch_sends_and_a_strong_contact_ends_it(panel, driver):
 
 
 @pytest.mark.long
-def test_a_hand_ends_it_and_so_does_leaving(panel, driver, window_again):
+def test_user_or_leaving_the_session_ends_sending(panel, driver, window_again):
     panel.findChild(QLineEdit, "motion-address").setText(f"udp://127.0.0.1:{driver.getsockname()[1]}")
     choose(panel, "Hold force")
     for end in (lambda: press(panel), window_again.live.connection.close):
@@ -173,7 +173,7 @@ def test_a_hand_ends_it_and_so_does_leaving(panel, driver, window_again):
     assert panel.isHidden()
 
 
-def test_another_machine_is_refused_in_words(panel):
+def test_other_machine_is_rejected_with_a_message(panel):
     panel.findChild(QLineEdit, "motion-address").setText("udp://192.0.2.1:9900")
     choose(panel, "Hold force")
     press(panel)
@@ -181,7 +181,7 @@ def test_another_machine_is_refused_in_words(panel):
     assert not panel.findChild(QPushButton, "motion-send").isChecked()
 
 
-def test_the_readings_own_port_is_refused_in_words(panel, window_again):
+def test_port_of_the_readings_is_rejected_with_a_message(panel, window_again):
     window_again.live.connection.close()
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
         free.bind(("127.0.0.1", 0))
@@ -221,7 +221,7 @@ def test_limits_of_the_panel_are_those_that_are_sent(panel, driver):
 
 
 @pytest.mark.long
-def test_driver_that_is_not_there_is_named(panel, driver):
+def test_missing_driver_is_named(panel, driver):
     panel.findChild(QLineEdit, "motion-address").setText(f"udp://127.0.0.1:{driver.getsockname()[1]}")
     choose(panel, "Hold force")
     driver.close()
@@ -231,7 +231,7 @@ def test_driver_that_is_not_there_is_named(panel, driver):
 
 
 @pytest.mark.long
-def test_it_fits_the_column_whatever_the_joints_are_called(panel):
+def test_panel_fits_the_column_for_long_joint_names(panel):
     assert panel.minimumSizeHint().width() <= COLUMN_WIDTH - 8, "a scroll bar must fit next to it"
     label = panel.findChild(QLabel, "motion-joints")
     line = panel._elided("left_arm_shoulder_pitch_joint_of_the_second_robot", "+0.123\u202frad/s")

@@ -83,7 +83,7 @@ def test_a_taxel_of_twice_the_gain_is_found(window, tmp_path, meeting):
     assert panel.view.scales[0] >= 1e-3 * max(pressures.max(), 2 * extra)
 
 
-def test_what_is_pointed_at_is_read_and_a_click_selects_it(window, tmp_path, meeting):
+def test_hovered_taxel_is_described_and_a_click_selects_it(window, tmp_path, meeting):
     panel = connected(window, tmp_path, meeting)
     odd = int(np.argsort(meeting[1])[-DOUBLED])
     window.column.reveal(panel)

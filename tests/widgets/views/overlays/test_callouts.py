@@ -22,7 +22,7 @@ def test_words_are_over_no_place_and_no_other_words(seed):
     assert not any(one.intersects(other) for k, one in enumerate(boxes) for other in boxes[:k])
 
 
-def test_words_that_find_room_only_far_away_are_led_to_their_place():
+def test_distant_callout_has_a_leader_line():
     crowd = [Spot(QPointF(250 + 34 * dx, 200 + 34 * dy), 16.0, WORDS) for dx in (0, -1, 1) for dy in (0, -1, 1)]
     middle = place_callouts(crowd, ROOM)[0]
     assert middle.leader is not None
@@ -36,7 +36,7 @@ def test_adjacent_caption_has_no_leader():
     assert alone.leader is None
 
 
-def test_what_is_preferred_is_taken_unless_it_hides_a_place():
+def test_preferred_position_is_used_unless_it_hides_a_place():
     preferred = QRectF(300, 180, 52, 22)
     spot = Spot(QPointF(250, 200), 10.0, WORDS, preferred)
     assert place_callouts([spot], ROOM)[0].box == preferred

@@ -13,7 +13,7 @@ def faces_from(*eye):
     return cube_faces(Viewpoint(np.array(eye, dtype=float), np.zeros(3), np.array([0.0, 0.0, 1.0]), 30.0).axes)
 
 
-def test_straight_on_there_is_one_square():
+def test_view_along_the_axis_shows_one_square():
     (face,) = faces_from(3, 0, 0)
     assert face.name == "X"
     assert face.facing == pytest.approx(1.0)

@@ -57,7 +57,7 @@ def bent():
     return points, np.tile(UP, (3, 1))
 
 
-def test_at_a_bend_there_is_no_notch():
+def test_line_has_no_notch_at_a_bend():
     sides = ribbon(*bent(), 0.2, lift=0.0).reshape(2, 6, 3).round(9).tolist()
     first, second = ({tuple(corner) for corner in side} for side in sides)
     assert len(first & second) == 2
