@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 
 import pytest
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QDoubleSpinBox, QLabel, QTabBar
 
@@ -144,6 +144,7 @@ def column(qtbot, prepared):
 @pytest.mark.long
 def test_the_column_tells_which_panels_are_folded(column):
     at_first = (
+        "skin-check-panel",
         "simulated-skin-panel",
         "wanted-motion-panel",
         "behaviours-panel",
@@ -156,7 +157,7 @@ def test_the_column_tells_which_panels_are_folded(column):
     orders = []
     column.folded_changed.connect(orders.append)
     QTest.mouseClick(column["contacts"]._heading, Qt.MouseButton.LeftButton)
-    assert orders == [(*at_first[:2], "contacts-panel", *at_first[2:])]
+    assert orders == [(*at_first[:3], "contacts-panel", *at_first[3:])]
     column.set_folded(["timing-panel", "a panel of another version"])
     assert column.folded == ("timing-panel",)
     assert len(orders) == 1
@@ -173,6 +174,15 @@ def test_a_folded_panel_out_of_sight_is_revealed(column):
     assert column.tab is PanelTab.MODEL
     page = column.page_of(column["timing"]).viewport()
     assert page.rect().contains(column["timing"].mapTo(page, column["timing"].rect().topLeft()))
+
+
+def test_panel_higher_than_the_page_is_revealed_from_its_top(column):
+    column.resize(COLUMN_WIDTH, 200)
+    column.reveal(column["effects"])
+    QApplication.processEvents()
+    page = column.page_of(column["effects"]).viewport()
+    assert column["effects"].height() > page.height()
+    assert column["effects"].mapTo(page, QPoint(0, 0)).y() == 0
 
 
 @pytest.mark.long
@@ -237,7 +247,7 @@ def test_a_panel_needs_one_line(qtbot, editor, prepared, touched):
     selection = TaxelSelection()
     followed = []
     specs = (
-        PANELS[3],
+        PANELS[4],
         PanelSpec(
             PanelTab.TOUCH,
             lambda _editor, _panels: Extra(),
@@ -245,7 +255,7 @@ def test_a_panel_needs_one_line(qtbot, editor, prepared, touched):
             lambda *parts: followed.append(parts),
             folded_at_first=True,
         ),
-        PANELS[4],
+        PANELS[5],
     )
     column = PanelColumn(editor, specs=specs)
     qtbot.addWidget(column)

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
 from typing import TypeVar
 
-from PySide6.QtCore import Qt, QTimer, Signal
+from PySide6.QtCore import QPoint, Qt, QTimer, Signal
 from PySide6.QtWidgets import QScrollArea, QSizePolicy, QStackedWidget, QTabBar, QVBoxLayout, QWidget
 
 from tactile_maps.session.frame import Frame
@@ -33,7 +33,7 @@ class _Page(QScrollArea):
 
     def __init__(self) -> None:
         super().__init__()
-        content = QWidget()
+        self._content = content = QWidget()
         # A text that is too long is cut; otherwise it would widen the page, whose right side would be cut off.
         content.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self._rows = QVBoxLayout(content)
@@ -50,11 +50,16 @@ class _Page(QScrollArea):
         self._rows.insertWidget(self._rows.count() - 1 if row is None else row, panel)
 
     def scroll_to(self, widget: QWidget) -> None:
-        """Scroll until a panel or a control is visible."""
+        """Scroll until a panel or a control is visible, or its upper part if it is higher than the page."""
         self._rows.activate()  # panels may have been hidden until now
-        self.ensureWidgetVisible(widget, 0, 0)
+        self._scroll_to(widget)
         # Labels that wrap know their height only once they are shown.
-        QTimer.singleShot(0, widget, lambda: self.ensureWidgetVisible(widget, 0, 0))
+        QTimer.singleShot(0, widget, lambda: self._scroll_to(widget))
+
+    def _scroll_to(self, widget: QWidget) -> None:
+        self.ensureWidgetVisible(widget, 0, 0)
+        bar = self.verticalScrollBar()
+        bar.setValue(min(bar.value(), widget.mapTo(self._content, QPoint(0, 0)).y()))
 
 
 class PanelColumn(QWidget):

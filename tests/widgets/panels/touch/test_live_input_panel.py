@@ -236,7 +236,9 @@ def test_no_contact_is_detected_before_the_tare_and_nothing_moves(window, tmp_pa
     before = places(window)
     assert window.live.shown.pressures.max() > 0, "readings arrive"
     assert window.live.shown.regions == ()
-    assert "waits for its tare" in text(panel, "baseline")
+    assert "until then no contact is detected" in text(panel, "baseline")
+    baseline = panel.findChild(QLabel, "live-baseline")
+    assert baseline.heightForWidth(baseline.width()) <= baseline.height(), "the whole text is shown"
     address = panel.findChild(QLabel, "live-address")
     assert address.text().endswith("readings.csv")
     assert address.height() >= address.fontMetrics().height()

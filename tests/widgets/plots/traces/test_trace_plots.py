@@ -257,8 +257,8 @@ def test_new_contacts_use_the_curves_of_old_ones_and_leave_the_axes(plots, prepa
     assert not {canvas.getAxis(side) for side in ("left", "bottom")} & set(pens), "the theme is the same"
 
 
-@pytest.mark.parametrize(("height", "highest"), [(150, 0.02), (150, 0.01), (80, 0.01)])
-def test_numbers_of_a_small_range_and_now_are_shown_whole_in_a_narrow_plot(qtbot, height, highest):
+@pytest.mark.parametrize(("height", "highest"), [(150, 0.02), (150, 0.01), (80, 0.01), (80, 1000.0)])
+def test_numbers_and_now_are_shown_whole_in_a_narrow_plot(qtbot, height, highest):
     plot = TracePlot("Error (mm)", highest, None)
     qtbot.addWidget(plot)
     plot.resize(150, height)

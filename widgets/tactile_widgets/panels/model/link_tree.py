@@ -34,7 +34,7 @@ class LinkTree(QTreeWidget):
         self.setHeaderLabels(["Link", "cm²", "Taxels"])
         self.headerItem().setToolTip(_AREA, "Outer area of the link that no other link covers")
         for column in (_AREA, _TAXELS):
-            self.headerItem().setTextAlignment(column, Qt.AlignmentFlag.AlignRight)
+            self.headerItem().setTextAlignment(column, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         header = self.header()
         header.setStretchLastSection(False)
         header.setSectionResizeMode(_LINK, QHeaderView.ResizeMode.Stretch)

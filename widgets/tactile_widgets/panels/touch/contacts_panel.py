@@ -371,6 +371,7 @@ class ContactRow:
             cell.setFixedHeight(cell.fontMetrics().height() + 2)
             grid.addWidget(cell, row, place)
         self.button.setFixedHeight(self._cells[0].height())
+        self._cells[0].setMinimumWidth(self._cells[0].fontMetrics().horizontalAdvance("●"))
         for cell in self._cells[2:]:
             cell.setMinimumWidth(40)
         self._link.setMinimumWidth(_NAME_PX)  # it takes the room that is left, whatever its text

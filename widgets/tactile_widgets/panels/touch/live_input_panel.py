@@ -36,7 +36,7 @@ _ROWS = {
     ),
     "taxels": ("Taxels heard", "Taxels for which a value arrived"),
 }
-_AWAITED = "The skin waits for its tare. Leave it untouched and press Tare; until then no contact is detected."
+_AWAITED = "The skin is not tared. Leave it untouched and press Tare; until then no contact is detected."
 _TARING = "Leave the skin untouched while its baseline is measured."
 _NO_NOTES = "Problems of the readings are listed here."
 

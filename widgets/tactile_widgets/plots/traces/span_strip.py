@@ -16,13 +16,18 @@ from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
 from tactile_maps.control.motion.limits import Severity
 from tactile_widgets.common.colours import Theme, mixed
 from tactile_widgets.plots.traces.history import EventHistory, LimitHistory
-from tactile_widgets.plots.traces.trace_plots import AXIS_END, AXIS_START, PLOT_SECONDS, TIME_TICKS, PlotSeries
+from tactile_widgets.plots.traces.trace_plots import (
+    AXIS_END,
+    AXIS_HEIGHT,
+    AXIS_START,
+    PLOT_SECONDS,
+    TIME_TICKS,
+    PlotSeries,
+)
 
 _ROW = 21.0
 _BAR = 4.0
 _THINNEST = 2.0
-_AXIS = 16.0
-"""Height of the time axis below the rows [px]."""
 _NEAR = 8.0
 """Maximum distance from a bar at which a click selects it [px]."""
 
@@ -152,13 +157,13 @@ class _Rows(QWidget):
         return max(self._x(span[0]) - x, x - self._x(span[1]), 0.0)
 
     def _with_room(self) -> tuple[SpanRow, ...]:
-        room = max(int((self.height() - _AXIS) // _ROW), 1)
+        room = max(int((self.height() - AXIS_HEIGHT) // _ROW), 1)
         return self._shown if len(self._shown) <= room else self._shown[: room - 1]
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         painter = QPainter(self)
         painter.setFont(self._caption)
-        floor = self.height() - _AXIS
+        floor = self.height() - AXIS_HEIGHT
         painter.setPen(QPen(QColor(self.theme.line), 1))
         painter.drawLine(QPointF(0, floor), QPointF(self.width(), floor))
         self._draw_times(painter, floor)
@@ -189,7 +194,7 @@ class _Rows(QWidget):
         for age, words in TIME_TICKS:
             wide = QFontMetricsF(self._caption).horizontalAdvance(words)
             left = min(max(self._x(age) - wide / 2, 0.0), self.width() - wide)
-            painter.drawText(QPointF(left, floor + 13), words)
+            painter.drawText(QPointF(left, floor + 14), words)
 
     def _x(self, age: float) -> float:
         """Return the x of an age [s]: now is near the right edge, as in the plots."""

@@ -38,6 +38,8 @@ TIME_TICKS = (
 AXIS_START = -1.04 * PLOT_SECONDS
 AXIS_END = 0.15 * PLOT_SECONDS
 """Ends of the time axis [s]: more than the shown duration, so that the labels at the ends fit into a narrow plot."""
+AXIS_HEIGHT = 23
+"""Height of the time axis with its labels [px]."""
 _ALL_TICKS_PX = 90
 """Height of a plot below which its left axis has fewer ticks [px]."""
 _ALL_TICKS_RANGE = 0.05
@@ -118,6 +120,7 @@ class TracePlot(QWidget):
         bottom = self.plot.getAxis("bottom")
         bottom.setTicks([list(TIME_TICKS)])
         bottom.setStyle(hideOverlappingLabels=False, tickLength=3)
+        bottom.setHeight(AXIS_HEIGHT)
         left.setStyle(tickLength=3)
         left.setWidth(_LEFT_WIDTH)
 
@@ -133,7 +136,7 @@ class TracePlot(QWidget):
             left.setTicks(None)
             left.setWidth(_LEFT_WIDTH)
             return
-        ticks = [(value, f"{value:.3g}") for value in (*ends, sum(ends) / 2)]
+        ticks = [(value, f"{value:.6g}") for value in (*ends, sum(ends) / 2)]
         widest = max(QFontMetricsF(self.plot.small).horizontalAdvance(text) for _, text in ticks)
         left.setTicks([ticks])
         left.setWidth(max(_LEFT_WIDTH, ceil(widest) + _LEFT_MARGIN))
