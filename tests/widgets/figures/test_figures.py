@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import zlib
 
+import numpy as np
 import pytest
 from PIL import Image
 from PySide6.QtCore import QPointF, QRectF, Qt
@@ -12,11 +13,14 @@ from PySide6.QtGui import QFont, QFontMetricsF, QTransform
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
+from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.core.errors import DisplayError
 from tactile_widgets.__main__ import main
 from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.common.settings import BaseLayer
 from tactile_widgets.dialogs.figures.figure_file import FigureColours, FigurePart, FigureSpec, write_figure
+from tactile_widgets.dialogs.figures.view_figure import ShownInViews, write_view_figure
+from tests.widgets.support.samples import touched
 from tests.widgets.support.window_driver import press_map, run
 
 LEFT = Qt.MouseButton.LeftButton
@@ -130,10 +134,10 @@ def transformed(drawn):
         yield QTransform(*map(float, matrix.split(","))), content
 
 
-def text_boxes(drawn):
-    """Box of each text of an SVG whose captions have 11 units."""
+def text_boxes(drawn, *, pixels=11):
+    """Box of each text of an SVG, for a font of this size in units."""
     font = QFont(QApplication.font())
-    font.setPixelSize(11)
+    font.setPixelSize(pixels)
     metrics = QFontMetricsF(font)
     pattern = r'<text [^>]* x="([-\d.]+)" y="([-\d.]+)"[^>]*>([^<]+)</text>'
     return {
@@ -169,3 +173,18 @@ def test_legend_of_a_small_figure_is_on_the_page_and_covers_neither_map_nor_colo
     legend = texts["Area distortion"].united(texts["×2 or more"]).united(texts["0 overlapping"])
     assert not any(legend.contains(point) for point in outlines)
     assert not any(legend.intersects(texts[text]) for text in ("Pressure (kPa)", "0", "forearm", "hand"))
+
+
+def test_forces_in_a_small_figure_are_written_next_to_their_small_patches(window, tmp_path):
+    prepared = window.live.prepared
+    patches = np.array([prepared.skin.taxel_point(taxel).patch for taxel in range(len(prepared.skin))])
+    middles = [np.flatnonzero(patches == patch)[(patches == patch).sum() // 2] for patch in np.unique(patches)]
+    frame = touched(prepared.map, middles)
+    shown = ShownInViews(window.views, prepared, None, ControlSettings(), frame)
+    write_view_figure(shown, FigurePart.MAP, tmp_path / "map.svg", FigureSpec(40.0, 40.0))
+    drawn = (tmp_path / "map.svg").read_text()
+    forces = [box for text, box in text_boxes(drawn, pixels=13).items() if text.endswith("N")]
+    assert len(forces) == len(middles)
+    outlines = map_points(drawn)
+    assert len(outlines) > 100
+    assert not any(box.contains(point) for box in forces for point in outlines)

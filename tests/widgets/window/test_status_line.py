@@ -63,6 +63,12 @@ def test_status_line_is_complete_at_every_size(window, qtbot, size):
         assert part.width() >= part.minimumSizeHint().width()
     shown = line.loading.text_label
     assert shown.fontMetrics().horizontalAdvance(text) <= shown.width(), "the text of loading is whole"
+    path = f"Loading {'/folder' * 40}/robot.urdf"
+    line.loading.show_progress(path, None)
+    QApplication.processEvents()
+    assert shown.shown.startswith("Loading /")
+    assert shown.shown.endswith("robot.urdf")
+    assert shown.toolTip() == path
 
 
 def test_cancel_does_not_move_when_the_readout_changes(window):

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QProgressBar, QSizePolicy, QToolButton, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QProgressBar, QSizePolicy, QToolButton, QWidget
+
+from tactile_widgets.common.make import ElidedLabel
 
 _TEXT_PX = 240
-"""Maximum width of the text of a stage [px]; the longest one fits."""
+"""Width up to which the text of a stage is shown whole [px]; a path may be longer."""
 
 
 class ProgressIndicator(QWidget):
@@ -24,11 +26,10 @@ class ProgressIndicator(QWidget):
         self.setObjectName("loading-bar")
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Ignored)
         self._parts = QWidget(self)
-        self.text_label = QLabel()
+        self.text_label = ElidedLabel("loading-text", elided=Qt.TextElideMode.ElideMiddle)
         self._progress = QProgressBar()
         cancel = QToolButton()
         self.text_label.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
-        self.text_label.setTextFormat(Qt.TextFormat.PlainText)
         self._progress.setRange(0, 1000)
         self._progress.setTextVisible(False)
         self._progress.setFixedSize(120, 6)
@@ -56,7 +57,6 @@ class ProgressIndicator(QWidget):
     def show_progress(self, text: str, fraction: float | None) -> None:
         """Show the stage, and the share of the whole that is done, 0 to 1; None if unknown."""
         self.text_label.setText(text)
-        self.text_label.setToolTip(text)
         self.text_label.setMinimumWidth(min(self.text_label.sizeHint().width(), _TEXT_PX))
         self._progress.setVisible(fraction is not None)
         self._progress.setValue(round(1000 * (fraction or 0.0)))

@@ -42,3 +42,14 @@ def test_preferred_position_is_used_unless_it_hides_a_place():
     assert place_callouts([spot], ROOM)[0].box == preferred
     other = Spot(QPointF(320, 190), 10.0, WORDS)
     assert not place_callouts([spot, other], ROOM)[0].box.intersects(other.box)
+
+
+def test_caption_is_placed_next_to_a_small_patch_not_on_it():
+    spot = Spot(QPointF(250, 200), 10.0, WORDS)
+    patch = QRectF(200, 150, 100, 90)
+    assert place_callouts([spot], ROOM)[0].box.intersects(patch)
+    (callout,) = place_callouts([spot], ROOM, kept=[patch])
+    assert not callout.box.intersects(patch)
+    assert callout.leader is not None
+    (crowded,) = place_callouts([spot], ROOM, kept=[ROOM])
+    assert ROOM.contains(crowded.box)

@@ -27,6 +27,8 @@ _LONGEST_BAR = 110.0
 _EDGE = 12.0
 _STEP = 1.1
 """Factor by which units shrink until all texts have room."""
+_FOR_CALLOUTS = 1.5
+"""Factor by which units shrink at most until the captions of contacts have room."""
 _MOST_UNITS = 1000
 """Units per inch from which smaller ones are no longer tried."""
 
@@ -111,19 +113,34 @@ def _look_alike(views: LinkedViews, other: LinkedViews) -> None:
 
 
 def _fitted(spec: FigureSpec, views: LinkedViews, part: FigurePart) -> FigureSpec:
-    """Return the largest units at which the figure has room for its texts, and resize the views to it."""
+    """Return the largest units at which the figure has room for its texts, and resize the views to it.
+
+    Units shrink a little more if the captions of contacts then hide no contact and no small patch.
+    """
     whole_map = views.map.camera.framed
     if part is not FigurePart.MAP:
         views.robot.display.draw_now(quality=1.0)  # the orientation cube needs a picture
+    legible: FigureSpec | None = None
     while True:
-        views.resize(*spec.units)
-        if whole_map:  # the legends of a figure have another size, compared with the map
-            views.map.frame_all(still=True)
-        room = views.size().toTuple() == spec.units  # it is never smaller than its layout
-        fits = room and (part is FigurePart.ROBOT or views.map.legends_fit())
-        if (fits and (part is FigurePart.MAP or _robot_fits(views))) or spec.units_per_inch > _MOST_UNITS:
-            return spec
+        fits = _resize(views, spec, whole_map=whole_map) and (part is FigurePart.ROBOT or views.map.legends_fit())
+        if fits and (part is FigurePart.MAP or _robot_fits(views)):
+            if part is FigurePart.ROBOT or views.map.callouts_fit():
+                return spec
+            legible = legible or spec
+        if spec.units_per_inch > (_MOST_UNITS if legible is None else _FOR_CALLOUTS * legible.units_per_inch):
+            break
         spec = replace(spec, units_per_inch=round(_STEP * spec.units_per_inch))
+    if legible is not None and legible is not spec:
+        _resize(views, spec := legible, whole_map=whole_map)
+    return spec
+
+
+def _resize(views: LinkedViews, spec: FigureSpec, *, whole_map: bool) -> bool:
+    """Resize the views to the units of a figure; return whether they are not too small for their layout."""
+    views.resize(*spec.units)
+    if whole_map:  # the legends of a figure have another size, compared with the map
+        views.map.frame_all(still=True)
+    return views.size().toTuple() == spec.units
 
 
 def _robot_fits(views: LinkedViews) -> bool:

@@ -392,6 +392,13 @@ class MapView(QGraphicsView):
             whole_map=self.camera.framed,
         )
 
+    def callouts_fit(self) -> bool:
+        """Whether the captions of contacts hide no other caption, no contact and no small patch."""
+        room = QRectF(self.viewport().rect())
+        return self.picture is None or self._painter.callouts_fit(
+            self.marks, self.picture, self.viewportTransform(), room
+        )
+
     def _framed(self, *, still: bool = False) -> MapCamera | None:
         """Return the camera with the whole map in view; None without visible patches."""
         if self.picture is None:

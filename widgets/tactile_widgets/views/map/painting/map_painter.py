@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtCore import QPointF, QRectF, QSizeF, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPainterPath, QPen, QTransform
 
 from tactile_maps.contacts.detection.regions import ContactRegion
@@ -57,6 +57,8 @@ _WIDEST_LEGEND = 0.6
 _CENTRE_FROM = 36.0
 """Radius of the ring from which the centre of pressure is a dot [px]: in a smaller ring it would hide the touch."""
 
+_SMALL_PATCH = 8.0
+"""Area of a patch's box, relative to that of a caption, below which the captions of contacts keep it free."""
 _SMALLEST_OUTLINE = 9.0
 """Half-axis of the outline of a second recording's contact [px]."""
 
@@ -288,8 +290,24 @@ class MapPainter:
         seen = [(spot, text) for spot, text in spots if room.contains(spot.at)]
         inner = room.adjusted(EDGE, EDGE, -EDGE, -EDGE)
         others = self.caption_boxes(marks, picture, view, room) if seen else []
-        callouts = place_callouts([spot for spot, _ in seen], inner, others)
+        small = self._small_patches([spot.size for spot, _ in seen], picture, view)
+        callouts = place_callouts([spot for spot, _ in seen], inner, others, small)
         return [(callout, text) for callout, (_, text) in zip(callouts, seen, strict=True)]
+
+    def callouts_fit(self, marks: MapMarks, picture: MapCanvas, view: QTransform, room: QRectF) -> bool:
+        """Whether the captions of contacts hide no other caption, no contact and no small patch."""
+        boxes = [callout.box for callout, _ in self.callouts(marks, picture, view, room)]
+        kept = [Spot(view.map(mark.at), mark.ring(view), QSizeF()).box for mark in marks.contacts]
+        kept += self.caption_boxes(marks, picture, view, room)
+        kept += self._small_patches([box.size() for box in boxes], picture, view)
+        return not any(box.intersects(other) for box in boxes for other in kept)
+
+    def _small_patches(self, captions: Sequence[QSizeF], picture: MapCanvas, view: QTransform) -> list[QRectF]:
+        """Return the boxes of the patches of which a caption would hide much."""
+        largest = max((size.width() * size.height() for size in captions), default=0.0)
+        shown = (patch.box for patch in picture.shapes.patches if patch.shown)
+        boxes = (view.mapRect(QRectF(*low, *(high - low))) for low, high in shown)
+        return [box for box in boxes if box.width() * box.height() < _SMALL_PATCH * largest]
 
     def _paint_fingers(self, painter: QPainter, marks: MapMarks, view: QTransform) -> None:
         for finger in marks.fingers:
