@@ -9,6 +9,7 @@ import pytest
 
 from tactile_maps.control.controller_manager import ControllerManager
 from tactile_maps.control.force_loop.loop_stability import SensorTiming
+from tactile_maps.control.gain_limits import ENDED
 from tactile_maps.control.motion.command import CHOICES, ControlSettings
 from tactile_maps.control.motion.limits import LimitKind
 from tactile_maps.control.task_control.monitors import QUIET
@@ -186,6 +187,24 @@ def test_oscillation_of_the_loop_is_reported_and_its_gain_reduced(gains, way, re
         assert not found
     else:
         assert (found[0] is not None and found[0] <= bench.manager.settings.force_gain / 2) == reduced
+
+
+@pytest.mark.parametrize("gains", ["limited", "as_given"])
+def test_oscillation_is_reported_until_the_force_has_been_calm_for_two_seconds(gains):
+    bench = Bench("hybrid", gains=gains)
+    reported = []
+    for k in range(round(7.0 / TICK)):
+        swing = np.sin(30 * k * TICK) if k * TICK < 2.0 else 0.0
+        bench.posture = BENT - 1e-4 * swing
+        bench.step(3.0 + 2.5 * swing)
+        reported.append(LimitKind.OSCILLATION in bench.limits)
+    begins = reported.index(True)
+    ends = begins + reported[begins:].index(False)
+    assert not any(reported[ends:])
+    assert ends * TICK == pytest.approx(2.0 + ENDED, abs=0.2), "without a gap before"
+    held = [limit.value for limit in bench.manager.why_limited if limit.kind is LimitKind.FORCE_GAIN_HELD]
+    assert len(held) == (gains == "limited"), "the gain is still reduced"
+    assert all(value < bench.manager.settings.force_gain for value in held)
 
 
 @pytest.mark.sampled(2)

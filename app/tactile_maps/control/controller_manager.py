@@ -292,12 +292,10 @@ class ControllerManager:
             )
             said += limits
             self._controller.hold_integrals(self._gain_limiter.stuck)
-            if self._gain_limiter.exhausted:
-                said.append(Limit(LimitKind.OSCILLATION_AT_SMALLEST_GAIN, value=settings.force_gain))
-            elif self._gain_limiter.reduced:
-                said.append(Limit(LimitKind.OSCILLATION, value=settings.force_gain))
-            elif self._gain_limiter.oscillates:
-                said.append(Limit(LimitKind.OSCILLATION))
+            if self._gain_limiter.oscillates:
+                smallest = self._gain_limiter.exhausted
+                kind = LimitKind.OSCILLATION_AT_SMALLEST_GAIN if smallest else LimitKind.OSCILLATION
+                said.append(Limit(kind, value=settings.force_gain if self._gain_limiter.reduced else None))
         self._beyond = tuple(said)
         return settings, read
 

@@ -67,6 +67,7 @@ from tactile_maps.control.task_control.schemes import (
 )
 from tactile_maps.control.task_control.tasks import TaskManager
 from tactile_maps.core.arrays import FloatArray, any_true, largest, length, readonly
+from tactile_maps.maps.model.jacobian import least_norm_motion
 from tactile_maps.robots.kinematics import Configuration
 from tactile_maps.robots.model.robot import Robot
 
@@ -447,7 +448,7 @@ class TaskController(BuiltInController):
         levels = self._scheme.levels(effective, contacts, arm, limits)
         speed = self._scheme.solve(levels, settings, contacts, arm, limits)
         for contact in (one for one in contacts if one.tilt < ENOUGH_TILT):
-            aside = length(contact.along(settings, MAX_POINT_SPEED))
+            aside = length(contact.along(settings, MAX_POINT_SPEED) + contact.made_up)
             speed = slow_aside(contact.move, contact.normal, contact.tilt, speed, limits, desired=aside)
         speed = self._within_energy(now, contacts, speed, velocity)
         controlled = [
@@ -560,7 +561,8 @@ class TaskController(BuiltInController):
             return contacts
         if soft:
             moved = -first.to_map @ (first.move @ velocity)
-            first = replace(first, velocity=first.velocity + self._yield.look(tried, moved, now.dt))
+            added = -least_norm_motion(first.to_map, self._yield.look(tried, moved, now.dt))
+            first = replace(first, made_up=added - added.dot(first.normal) * first.normal)
             tried = moved
         if self.map_kinematics.pitch > COARSE:
             return (first, *contacts[1:])

@@ -39,6 +39,9 @@ _DAMPED = 2.0
 """Four times the square of the smallest damping ratio that an integral leaves."""
 CALM = 10.0
 """Time [s] without oscillation after which a halved gain is doubled again; each oscillation doubles this time."""
+ENDED = 2.0
+"""Time [s] without a swing after which an oscillation is no longer reported. Swings of a reported one are at most 1 s
+apart on average, and it takes five more to report it again."""
 LEAST_SHARE = 1 / 32
 """Smallest share of the limited gain that halving leaves. A loop that oscillates with it is reported."""
 STUCK_SHARE = 0.3
@@ -167,8 +170,8 @@ class GainLimiter:
 
     Attributes:
         readings: Timing of the skin's readings; None disables the limits.
-        oscillates: Whether the force of a controlled contact oscillates.
-        exhausted: Whether the force has oscillated at the smallest gain.
+        oscillates: Whether the force of a contact oscillates, or did within the last ``ENDED`` seconds.
+        exhausted: Whether the force has oscillated at the smallest gain, which has not been raised since.
 
     Cost: 20 µs a tick for each contact; 0.3 ms when contacts, settings, measured stiffness or posture have changed.
     """
@@ -249,9 +252,11 @@ class GainLimiter:
         self._measure(posture, regions, controlled, dt, commanded)
         self._watch(settings, regions, dt)
         known = self._update_gains(settings, posture, controlled, dt)
-        if known is None:
-            return self._with_reduced_gain(settings, dt), ()
-        return self._with_reduced_gain(known.taken, dt), known.limits if regions else ()
+        full, limits = (settings, ()) if known is None else (known.taken, known.limits)
+        taken = self._with_reduced_gain(full, dt)
+        if taken is not full:
+            limits = _changed_gains(settings, taken, self.readings)
+        return taken, limits if regions else ()
 
     def _controlled(self, settings: ControlSettings, regions: Sequence[ContactRegion]) -> list[ContactRegion]:
         """Return the contacts with a force goal: the one controlled before, and all others above the goal."""
@@ -350,8 +355,10 @@ class GainLimiter:
             contact.detector.look(settings.force_goal, forces.get(id_, 0.0), contact.ways[0], dt)
             for id_, contact in self._contacts.items()
         ]
-        self.oscillates = any(swings)
-        if self.oscillates and settings.gains == "limited":
+        found = any(swings)
+        quiet = min((contact.detector.quiet for contact in self._contacts.values()), default=math.inf)
+        self.oscillates = (found or self.oscillates) and quiet < ENDED
+        if found and settings.gains == "limited":
             self.halve(settings)
             for contact in self._contacts.values():
                 contact.detector.reset()
@@ -477,15 +484,18 @@ def _unstable(settings: ControlSettings, most: float, readings: SensorTiming) ->
     return (Limit(kind, value=settings.force_gain, bound=most, period=period, delay=delay),)
 
 
-def _changed_gains(settings: ControlSettings, calm: ControlSettings, readings: SensorTiming) -> tuple[Limit, ...]:
+def _changed_gains(
+    settings: ControlSettings, calm: ControlSettings, readings: SensorTiming | None
+) -> tuple[Limit, ...]:
+    period, delay = (None, None) if readings is None else (readings.period, readings.delay)
     held = [
         (LimitKind.FORCE_GAIN_HELD, calm.force_gain, settings.force_gain),
         (LimitKind.POSITION_GAIN_HELD, calm.position_gain, settings.position_gain),
     ]
     limits = tuple(
-        Limit(kind, value=value, bound=commanded_way, period=readings.period, delay=readings.delay)
-        for kind, value, commanded_way in held
-        if value < commanded_way
+        Limit(kind, value=value, bound=bound, period=period, delay=delay)
+        for kind, value, bound in held
+        if value < bound
     )
     if calm.force_gain > settings.force_gain:
         return (*limits, Limit(LimitKind.FORCE_GAIN_RAISED, value=calm.force_gain, bound=settings.force_gain))

@@ -316,6 +316,18 @@ def test_virtual_inertia_delays_the_speed_of_each_contact_by_its_time_constant(k
     assert bench.level(replace(one, id=3)) == pytest.approx([0.01]), "no lag below a tick"
 
 
+@pytest.mark.parametrize("name", CONTROL_SCHEMES)
+def test_velocity_that_makes_up_for_soft_joints_is_not_delayed_by_a_virtual_inertia(name):
+    """An observer of this velocity that sees it late alternates between its bounds from tick to tick."""
+    one = goal()
+    added = -0.01 * one.map_axes[0]
+    with_added, without = (Bench(name, replace(SETTINGS, inertia_time=0.1)) for _ in range(2))
+    for made_up in (added, added, np.zeros(3)):
+        speeds = with_added.step(replace(one, made_up=made_up)), without.step(one)
+        moved = one.map_axes @ one.move @ (speeds[0] - speeds[1])
+        assert moved == pytest.approx(one.map_axes @ made_up, abs=5e-4 if name == "qp" else 1e-9)
+
+
 def test_parallel_draws_a_contact_back_to_where_it_began():
     bench = Bench(ParallelScheme)
     one = goal(error=None, force_error=0.0)

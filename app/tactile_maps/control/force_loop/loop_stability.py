@@ -88,14 +88,18 @@ class OscillationDetector:
     counts from ``BOUNCE_SHARE`` below the goal. Swings within ``FAST`` count in any phase, since a cover that damps, or
     has much mass, responds to the arm's speed or acceleration and not to its way.
 
+    Attributes:
+        quiet: Time since the error last changed sides [s]; inf before the first swing.
+
     Cost: 0.5 µs a tick; 30 µs while the error swings.
     """
 
     def __init__(self) -> None:
+        self.quiet = math.inf
         self.reset()
 
     def reset(self) -> None:
-        """Discard all swings."""
+        """Discard all swings; ``quiet`` continues."""
         self._time = 0.0
         self._side = 0
         self._gone = 0.0
@@ -112,6 +116,7 @@ class OscillationDetector:
             way: Outward displacement of the touched point when the force was sampled [m], from any origin.
             dt: Time since the previous call [s].
         """
+        self.quiet += dt
         self._gone = 0.0 if force > 0 else self._gone + dt
         if self._gone > GONE:
             self.reset()
@@ -123,6 +128,7 @@ class OscillationDetector:
         upper = -BOUNCE_SHARE if self._lost else SWING_SHARE
         side = 1 if over > upper * goal else -1 if over < -SWING_SHARE * goal else 0
         if goal > 0 and side and side != self._side:
+            self.quiet = 0.0 if self._side else self.quiet
             self._side = side
             self._turns.append(self._time)
         self._lost = force <= 0 or (self._lost and side <= 0)

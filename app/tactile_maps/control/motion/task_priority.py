@@ -75,7 +75,7 @@ class ContactGoal:
 
 
 ContactKey: TypeAlias = tuple[int, ContactPresence]
-_NO_SHEAR = readonly(np.zeros(3))
+_ZERO = readonly(np.zeros(3))
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,6 +100,8 @@ class TaskContact:
         shear_goal: Goal of that force; None for none.
         friction: Friction coefficient of the contact.
         lasting: (3,) force that the skin yields to in addition, because the excess has lasted [N].
+        made_up: (3,) velocity along the skin that makes up for the yielding of soft joints [m/s], in addition to
+            ``along`` and without the lag of a virtual inertia.
     """
 
     id: int
@@ -114,10 +116,11 @@ class TaskContact:
     presence: ContactPresence = ContactPresence.FELT
     tilt: float = math.pi / 2
     straight: bool = False
-    shear: FloatArray = field(default_factory=lambda: _NO_SHEAR)
+    shear: FloatArray = field(default_factory=lambda: _ZERO)
     shear_goal: ShearGoal | None = None
     friction: float = 0.0
-    lasting: FloatArray = field(default_factory=lambda: _NO_SHEAR)
+    lasting: FloatArray = field(default_factory=lambda: _ZERO)
+    made_up: FloatArray = field(default_factory=lambda: _ZERO)
 
     @property
     def slides(self) -> bool:

@@ -251,7 +251,8 @@ class PointVelocityScheme(ForceScheme, ABC):
         """Velocities of all contacts' points."""
         self.start(contacts, arm)
         self._velocities = {contact.key: self.velocity(settings, contact, arm.dt, limits) for contact in contacts}
-        return single_level([point_rows(contact, self._velocities[contact.key]) for contact in contacts])
+        moves = [(contact, self._velocities[contact.key] + contact.made_up) for contact in contacts]
+        return single_level([point_rows(contact, velocity) for contact, velocity in moves])
 
     def least_squares(
         self, levels: Sequence[PriorityLevel], contacts: Sequence[TaskContact], arm: ArmState, limits: ActiveLimits
@@ -400,7 +401,7 @@ class PriorityScheme(ForceScheme):
         held = [c for c in contacts if not c.slides and not c.straight]
         if held:
             rows = np.concatenate([c.map_axes.dot(c.move) for c in held])
-            speed = np.concatenate([c.map_axes.dot(c.along(settings, MAX_POINT_SPEED)) for c in held])
+            speed = np.concatenate([c.map_axes.dot(c.along(settings, MAX_POINT_SPEED) + c.made_up) for c in held])
             levels.append(PriorityLevel(rows, speed, held[0].map_axes if len(held) == 1 else None))
         return levels
 
@@ -412,7 +413,7 @@ class PriorityScheme(ForceScheme):
         normal = contact.normal
         if not contact.straight:
             return PriorityLevel(contact.outward[None], np.array([push]), normal[None])
-        along = contact.along(settings, MAX_POINT_SPEED)
+        along = contact.along(settings, MAX_POINT_SPEED) + contact.made_up
         return point_rows(contact, along + (push - along.dot(normal)) * normal)
 
     def least_squares(
