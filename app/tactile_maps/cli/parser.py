@@ -191,7 +191,7 @@ def _add_listen(command: _Add) -> None:
     add("--max-force", type=float, metavar="N", help="with --send: a stronger contact ends sending (default 15)")
     add("--mapping", metavar="FILE.toml", help="topics and fields of ROS 2 messages")
     add("--token", help="token required in every packet; udp: and zmq: need one with --send or --remote")
-    add("--token-file", metavar="FILE", help="file with the token, which unlike a command line can be private")
+    add("--token-file", metavar="FILE", help="file with the token; unlike a command line, a file can be private")
     add("--remote", action="store_true", help="receive from other machines, which needs a token, and send to them")
     _json(listen)
 
@@ -214,7 +214,7 @@ def _add_check(command: _Add) -> None:
     add("--ids", metavar="FILE.csv", help="taxel of each id in the packets, if different from the skin")
     add("--mapping", metavar="FILE.toml", help="topics and fields of ROS 2 messages")
     add("--token", help="token required in every packet")
-    add("--token-file", metavar="FILE", help="file with the token, which unlike a command line can be private")
+    add("--token-file", metavar="FILE", help="file with the token; unlike a command line, a file can be private")
     add("--remote", action="store_true", help="receive from other machines, which needs a token")
     _json(check)
 

@@ -33,7 +33,7 @@ class StaleEdit(MapError):
 
 @dataclass(frozen=True, eq=False)
 class FlattenJob:
-    """Request for one patch.
+    """Request to flatten a patch.
 
     Attributes:
         number: Number of the patch.

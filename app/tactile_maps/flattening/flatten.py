@@ -39,7 +39,7 @@ _BARRIER_COST = 8
 """Cost of a round with the border's barrier relative to one without."""
 _MOST_SEAMS = 3
 _SEAMS_TO_OPEN = (0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64)
-"""Numbers of extra seams tried for an initial map: a body with limbs needs one into each."""
+"""Numbers of extra seams tried for an initial map: a body with limbs needs one for each limb."""
 _WORTH_KEEPING = 0.1
 
 

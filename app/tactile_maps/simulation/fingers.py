@@ -276,7 +276,7 @@ class _Touch:
         self.goal = place.dot(self._turn) + self._origin
 
     def gap(self) -> FloatArray:
-        """Return the way (3,) along the skin to the place to which the finger is pulled [m], link frame."""
+        """Return the displacement (3,) along the skin from the finger to the place it is pulled to [m], link frame."""
         if self.goal is None:
             return np.zeros(3)
         gap = (self.goal - self.point).dot(self._turn.T)

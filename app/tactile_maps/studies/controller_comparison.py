@@ -366,7 +366,7 @@ class _ContenderRun:
 def _for_contender(
     inputs: Inputs, settings: ControlSettings, kept: tuple[str, ...]
 ) -> tuple[ControlSettings, list[tuple[int, SessionInput]]]:
-    """Initial settings and later inputs for a contender.
+    """Return the initial settings and the later inputs of a contender.
 
     Only ``kept`` fields of a change of settings are used; changes without an effect are left out.
     """

@@ -217,7 +217,7 @@ class Panel(QWidget):
         """Apply a theme beyond the palette."""
 
     def caption(self, text: str = "", name: str = "") -> QLabel:
-        """Add a quiet line of small text at the end of the column."""
+        """Add a line of small dimmed text at the end of the column."""
         label = caption_label(self, name, text)
         label.setMinimumWidth(1)  # a long path in it is cut, and does not widen the panel
         self.column.addWidget(label)

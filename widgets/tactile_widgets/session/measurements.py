@@ -45,7 +45,7 @@ class Measurements(QObject):
     """
 
     measured = Signal(object)
-    """MapQuality of the newest map."""
+    """``MapQuality`` of the newest map."""
     compared = Signal(object)
     """Comparison of the maps requested last."""
     map_failed = Signal(str)
@@ -53,7 +53,7 @@ class Measurements(QObject):
     priced = Signal(object)
     """Milliseconds per tick by effect, for the effects requested last."""
     weighed = Signal(object)
-    """WeighingResult of the known load."""
+    """``WeighingResult`` of the known load."""
     cost_failed = Signal(str)
     """Reason why costs or the known load could not be measured."""
     weighing_changed = Signal(bool)

@@ -362,7 +362,7 @@ def _stencils(triangles: TaxelTriangles) -> IntArray:
 def _solved(places: FloatArray, used: BoolArray) -> tuple[FloatArray, BoolArray]:
     """Return matrices (n, STENCIL + 3, STENCIL) from (bending, 1, position) to weights, and solved plates (n,).
 
-    A padded entry is an unknown of its own, so that all systems have one size.
+    Padded entries are separate unknowns, so that all systems have the same size.
     """
     both = used[:, :, None] & used[:, None]
     own = np.eye(STENCIL, dtype=bool)

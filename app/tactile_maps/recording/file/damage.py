@@ -185,7 +185,7 @@ def find_lost_frames(numbers: IntArray, ticks: IntArray, at_end: int) -> list[Re
     """Return the missing frames: one was written at each tick, so their ticks are known.
 
     Args:
-        numbers: (n,) running numbers of the frames.
+        numbers: (n,) sequence numbers of the frames.
         ticks: (n,) their ticks, increasing.
         at_end: Number of frames missing after the last, see ``lost_at_end``.
     """

@@ -278,7 +278,7 @@ def _robot_link(robot: Robot | None, named: str | None, file: Path) -> str | Non
 def _with_area_note(skin: Skin, taxels: TaxelSet) -> Skin:
     """Add a finding where the file states areas, which are replaced by the cells of the surface around each taxel.
 
-    The surface presses everywhere, not on pads alone; with the pads' areas the skin would carry too little force.
+    Contacts press the whole surface, not only the pads, so the areas of the pads would give too small a force.
     """
     if taxels.areas is None:
         return skin

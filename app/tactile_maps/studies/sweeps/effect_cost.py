@@ -149,7 +149,7 @@ def _frames(skin: Skin) -> FloatArray:
 
 
 def _session_stepper(arm: PressedRobot, effects: Effects) -> Callable[[int], None]:
-    """Ticks of five steps and, with a skin, a reading: the use of the physics by a session."""
+    """Return a function that runs ticks like a session: five steps and, with a skin, a reading."""
     simulation = Simulation(
         arm.robot, arm.skin, effects, objects=(arm.probe,), layer=ElasticLayer(), frames=partial(_frames, arm.skin)
     )

@@ -175,7 +175,7 @@ class FoundationModel:
             data: State with positions and velocities of this instant (``mj_step1``).
 
         Raises:
-            SimulationError: The layer under a contact is too stiff for the time step, or pressed through.
+            SimulationError: The layer under a contact is too stiff for the time step, or is pressed through.
         """
         if not self._averages:
             self.begin()

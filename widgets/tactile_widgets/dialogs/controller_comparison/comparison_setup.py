@@ -197,7 +197,7 @@ class StimulusChoice(QWidget):
         self._show()
 
     def begin(self) -> None:
-        """Choose the initial stimulus: the inputs of the session if they contain a touch, else the script."""
+        """Choose the initial stimulus: the inputs of the session if they contain a touch, otherwise the script."""
         done = self._known.get(DONE)
         self._source = DONE if done is not None and done.touches else SCRIPT
         self._take_seconds()

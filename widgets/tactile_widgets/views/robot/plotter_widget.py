@@ -225,10 +225,10 @@ class RenderScheduler(QObject):
         return self._soon.isActive() or self._rest.isActive()
 
     def rest_ms(self, ahead_ms: float = 0.0) -> float:
-        """Return the time for which nothing may be drawn, so that drawing uses at most half of the time [ms].
+        """Return the remaining pause before the next picture [ms]; with it drawing takes at most half of the time.
 
         Args:
-            ahead_ms: Time that is used before the next picture; at most half of the pause is used for it.
+            ahead_ms: Time by which the pause may end early [ms], at most half of the pause.
         """
         if self._soon.isActive():
             return self.shortest_ms
