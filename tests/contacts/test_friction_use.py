@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from tactile_maps.contacts.detection.contact_shear import ContactShear, Slip
-from tactile_maps.contacts.detection.friction_use import friction_in_use
+from tactile_maps.contacts.detection.shear_estimation import friction_in_use
 from tests.widgets.support.samples import leaf_map, touched
 
 

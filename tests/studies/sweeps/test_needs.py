@@ -19,7 +19,7 @@ from tactile_maps.studies.sweeps.needs import (
     outputs_of,
     switched_to,
 )
-from tactile_maps.studies.testbeds.needy_scenes import needy_scenes
+from tactile_maps.studies.testbeds.decision_scenes import decision_scenes
 from tests.support.touch import prepared_bar
 
 
@@ -55,7 +55,7 @@ def test_replay_applies_the_change_of_its_row(rows, effect):
     seen = []
     with case.session.watched(lambda frame: seen.append(frame.pressures)):
         case.play()
-    scene = needy_scenes()["poke"]
+    scene = decision_scenes()["poke"]
     assert len(seen) == case.ticks == round(0.8 / scene.tick)
     assert case.session.prepared.scene.overrides == {**scene.overrides, effect: switched_to(row_of(scene, effect))}
     if rows[effect]["output"] == "pressure":
@@ -102,7 +102,7 @@ def test_every_output_has_a_signal():
 
 
 def test_choices_that_are_more_than_on_and_off_are_switched_too():
-    decided = {row.name: row for row in needy_scenes()["view"].unattended.rows}
+    decided = {row.name: row for row in decision_scenes()["view"].unattended.rows}
     assert switched_to(decided["skin"]) == "water-fill"
     assert switched_to(decided["integrator"]) == "implicit"
     assert switched_to(decided["timestep"]) == pytest.approx(0.0025)

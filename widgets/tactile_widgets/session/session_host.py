@@ -39,7 +39,7 @@ from tactile_maps.stimuli.stimulus import Stimulus
 from tactile_widgets.common.mode import Mode
 from tactile_widgets.jobs.scene_jobs import SceneFile, SceneJobs
 from tactile_widgets.session.backends import BACKGROUND, Backends
-from tactile_widgets.session.comparison import ComparisonStimulus
+from tactile_widgets.session.comparison_stimulus import ComparisonStimulus
 from tactile_widgets.session.live_input import LiveConnection, LiveInput
 from tactile_widgets.session.measurements import Measurements
 from tactile_widgets.session.recording_control import RecordingControl

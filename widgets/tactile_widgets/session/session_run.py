@@ -15,7 +15,7 @@ from tactile_maps.session.inputs import ControlChanged, SessionInput
 from tactile_maps.session.prepare import PreparedScene
 from tactile_maps.session.runtime_settings import RuntimeSettings
 from tactile_widgets.common.mode import Mode
-from tactile_widgets.session.comparison import ComparisonStimulus
+from tactile_widgets.session.comparison_stimulus import ComparisonStimulus
 from tactile_widgets.session.session_runner import SessionRunner
 
 _LONGEST_WAIT = 0.05

@@ -430,7 +430,7 @@ def _warnings(session: MeasuredSession, facts: MeasuredFacts, status: Connection
         change = "leave out --inverted" if facts.inverted else "add --inverted"
         yield (
             f"neighbouring taxels fall below their baseline together ({_named(list(facts.falling_taxels))}). If the "
-            f"values fall under pressure, {change}; if the skin was touched during the tare, tare it again without contact"
+            f"values fall under pressure, {change}; if the skin was touched during the tare, repeat the tare"
         )
     if facts.touched_in_tare:
         named = _named(list(facts.touched_in_tare))

@@ -9,5 +9,7 @@
 ``error_budget``        uncertainties of force and place, with their named parts
 ``taxel_noise``         noise and threshold of each taxel, estimated from readings without touch
 ``filled_readings``     readings of broken taxels, estimated from their neighbours
+``unpressed_readings``  which readings next to a contact count as pressure
+``contact_shear``       shear and slip of a contact; ``shear_estimation`` computes them from the tractions of taxels
 ``below_threshold``     notes on forces that no taxel reports
 """

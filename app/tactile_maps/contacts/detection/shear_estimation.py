@@ -1,4 +1,4 @@
-"""Estimation of the shear of contacts from the tractions of all taxels, and of the friction of contacts that slide."""
+"""Shear of contacts from the tractions of all taxels, friction of sliding contacts, and friction in use by taxel."""
 
 from __future__ import annotations
 
@@ -21,6 +21,8 @@ SLIDING = 0.95
 """Friction usage from which a contact slides."""
 INCIPIENT = 0.7
 """Share of the friction limit on taxels that stick, below which slip is incipient: a ball uses 0.8 of its friction."""
+TAXEL_SLIPS = STUCK
+"""Friction in use from which a taxel slips."""
 _MOVING = 0.005
 """Speed of the centre along the skin above which a contact may slide [m/s]."""
 _NEAR_HIGHEST = 0.95
@@ -213,3 +215,19 @@ def _unevenness(forces: ComplexArray, normal: FloatArray) -> float:
     if size == 0.0 or pressed == 0.0:
         return 2.0
     return float(np.abs(forces - forces.sum() / pressed * normal).sum()) / size
+
+
+def friction_in_use(regions: Sequence[ContactRegion], pressures: FloatArray, shear: FloatArray) -> FloatArray:
+    """Return the friction in use (taxels,) of pressed taxels: 0 without traction, 1 at the limit; NaN elsewhere.
+
+    Args:
+        regions: Contacts with their shear, which states the friction coefficient; others are ignored.
+        pressures: (taxels,) readings [Pa].
+        shear: (taxels, 2) tractions along t1 and t2 [Pa].
+    """
+    used = np.full(len(pressures), np.nan)
+    for region in regions:
+        if region.shear is not None:
+            own = region.taxels[pressures[region.taxels] > 0]
+            used[own] = np.linalg.norm(shear[own], axis=1) / (region.shear.friction * pressures[own])
+    return used

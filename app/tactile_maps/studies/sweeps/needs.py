@@ -28,7 +28,7 @@ from tactile_maps.session.session import Session
 from tactile_maps.studies.base.figures import BarChart
 from tactile_maps.studies.base.rows import Case, Row, number, number_or
 from tactile_maps.studies.study.study import CaseReplay, Study
-from tactile_maps.studies.testbeds.needy_scenes import needy_scenes
+from tactile_maps.studies.testbeds.decision_scenes import decision_scenes
 
 TOLERANCE = 0.02
 """Change of a requested output above which an effect matters."""
@@ -91,14 +91,14 @@ _LEAST: Mapping[str, float] = MappingProxyType(
 
 def cases(quick: bool, seed: int) -> list[Case]:
     """Return one case for each scene."""
-    names = _QUICK if quick else tuple(needy_scenes())
+    names = _QUICK if quick else tuple(decision_scenes())
     seconds = _QUICK_SECONDS if quick else _SECONDS
     return [{"scene": name, "seconds": seconds, "seed": seed} for name in names]
 
 
 def measure(case: Case) -> list[Row]:
     """Return one row for each effect: its decision, the change when it is switched, and the verdict."""
-    scene = replace(needy_scenes()[case["scene"]], seed=case["seed"])
+    scene = replace(decision_scenes()[case["scene"]], seed=case["seed"])
     prepared = prepare_cached(scene)
     decided = outputs_of(prepared, scene, case["seconds"])
     return [_row(prepared, decided, row, case["seconds"]) for row in scene.unattended.rows]
@@ -129,7 +129,7 @@ def replay(row: Row) -> CaseReplay:
         TactileMapsError: It cannot be simulated with these effects; the note of the row says why.
     """
     try:
-        scene = replace(needy_scenes()[str(row["scene"])], seed=int(number_or(row["seed"], 0)))
+        scene = replace(decision_scenes()[str(row["scene"])], seed=int(number_or(row["seed"], 0)))
         (effect,) = (one for one in scene.unattended.rows if one.name == row["effect"])
         seconds = float(number_or(row["seconds"], _SECONDS))
     except (KeyError, ValueError) as error:

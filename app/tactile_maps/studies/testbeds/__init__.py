@@ -10,6 +10,6 @@
 ``fixed_ball``        a robot at home next to a fixed ball that presses its skin
 ``path_following``    that robot on a path, with its true errors
 ``force_loop``        force loop of a whole robot as a linear system
-``needy_scenes``      scenes for the study of effects
+``decision_scenes``   scenes for the study of effects
 ``isomap``            a map by Isomap, as published for real skins
 """

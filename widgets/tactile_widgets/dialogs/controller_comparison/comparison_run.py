@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from tactile_maps.studies.controller_comparison import Contender, ControllerTrace, compare_controllers
 from tactile_widgets.jobs.executor import Report
-from tactile_widgets.session.comparison import ComparisonStimulus
+from tactile_widgets.session.comparison_stimulus import ComparisonStimulus
 
 
 def run_comparison(

@@ -26,7 +26,7 @@ from tactile_widgets.common.number_field import guard_wheel
 from tactile_widgets.common.panel import FlatComboBox
 from tactile_widgets.common.sentence import as_sentence
 from tactile_widgets.dialogs.controller_comparison.comparison_plots import LineSample
-from tactile_widgets.session.comparison import ComparisonStimulus
+from tactile_widgets.session.comparison_stimulus import ComparisonStimulus
 
 _SHORTEST = 8
 """Visible letters of a controller's name; the tool tip shows the whole name."""

@@ -25,7 +25,7 @@ from tactile_widgets.common.panel import SLIM_SCROLL_BAR
 from tactile_widgets.dialogs.controller_comparison.comparison_plots import LETTERS, ComparisonPlots
 from tactile_widgets.dialogs.controller_comparison.comparison_setup import ContenderCard, StimulusChoice
 from tactile_widgets.dialogs.controller_comparison.metrics_table import MetricsTable
-from tactile_widgets.session.comparison import ComparisonStimulus
+from tactile_widgets.session.comparison_stimulus import ComparisonStimulus
 
 _LEFT = 330
 _LEAST_PLOTS = 260

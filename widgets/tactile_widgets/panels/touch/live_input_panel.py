@@ -236,16 +236,14 @@ def _notes(status: ConnectionStatus, facts: MeasuredFacts) -> list[Note]:
     if facts.readings and not facts.calibrated:
         notes.append(Note("Not calibrated", "Readings are shown in counts, and no forces are shown."))
     if facts.falling:
-        cure = (
-            "If they fall under pressure, press Inverted. If the skin was touched during the tare, tare it again without contact."
-        )
+        cure = "If they fall under pressure, press Inverted. If the skin was touched during the tare, repeat the tare."
         names = _named(facts.falling_taxels)
         notes.append(Note("Neighbouring taxels fall below their baseline", f"{names}. {cure}", fault=True))
     if facts.touched_in_tare:
         text = f"The readings meanwhile were left out for {_named(facts.touched_in_tare)}."
         notes.append(Note("Touched during the tare", text))
     if facts.held_in_tare:
-        text = f"{_named(facts.held_in_tare)}. If something touched them, contacts there are hidden: tare it again without contact."
+        text = f"{_named(facts.held_in_tare)}. If something touched them, contacts there are hidden: repeat the tare."
         notes.append(Note("Neighbouring taxels read far more than the others during the tare", text, fault=True))
     if facts.unknown:
         notes.append(Note("Taxels that the skin does not have", _named(facts.unknown)))

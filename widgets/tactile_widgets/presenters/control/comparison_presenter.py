@@ -21,7 +21,7 @@ from tactile_widgets.dialogs.controller_comparison.comparison_view import Compar
 from tactile_widgets.jobs.executor import Job
 from tactile_widgets.panels.control.controller_panel import ControllerPanel
 from tactile_widgets.presenters.session.effects_presenter import EffectsPresenter
-from tactile_widgets.session.comparison import ComparisonStimulus, read_stimulus
+from tactile_widgets.session.comparison_stimulus import ComparisonStimulus, read_stimulus
 
 CSV_FILTER = "Table (*.csv)"
 _DIED = "The comparison ended unexpectedly; earlier results are kept. Run it again, for fewer seconds."

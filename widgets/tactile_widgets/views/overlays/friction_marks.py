@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, Qt
 from PySide6.QtGui import QColor, QPainter
 
-from tactile_maps.contacts.detection.friction_use import friction_in_use
+from tactile_maps.contacts.detection.shear_estimation import friction_in_use
 from tactile_maps.core.arrays import FloatArray
 from tactile_maps.core.reading_units import THIN
 from tactile_maps.session.frame import Frame

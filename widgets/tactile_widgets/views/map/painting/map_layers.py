@@ -26,8 +26,8 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen, QPolygonF, QTransform
 
-from tactile_maps.contacts.detection.friction_use import TAXEL_SLIPS
 from tactile_maps.contacts.detection.regions import ContactRegion
+from tactile_maps.contacts.detection.shear_estimation import TAXEL_SLIPS
 from tactile_maps.core.arrays import FloatArray
 from tactile_maps.editing.pins import pin_places
 from tactile_maps.maps.model.tactile_map import TactileMap

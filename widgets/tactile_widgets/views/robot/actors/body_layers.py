@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pyvista as pv
 
-from tactile_maps.contacts.detection.friction_use import TAXEL_SLIPS
 from tactile_maps.contacts.detection.regions import ContactRegion
+from tactile_maps.contacts.detection.shear_estimation import TAXEL_SLIPS
 from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray
 from tactile_maps.geometry.surface.raycast import ray_caster
 from tactile_maps.maps.model.taxel_frames import taxel_frames

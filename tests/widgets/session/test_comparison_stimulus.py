@@ -11,7 +11,7 @@ from tactile_maps.studies.controller_comparison import Contender
 from tactile_maps.tactile.poke import PokePressed
 from tactile_widgets.dialogs.controller_comparison.comparison_run import run_comparison
 from tactile_widgets.jobs.executor import InlineExecutor, Job, ProcessExecutor
-from tactile_widgets.session.comparison import ComparisonStimulus, read_stimulus
+from tactile_widgets.session.comparison_stimulus import ComparisonStimulus, read_stimulus
 from tests.support.recordings import record
 
 pytestmark = pytest.mark.long

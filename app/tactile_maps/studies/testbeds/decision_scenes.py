@@ -38,7 +38,7 @@ VARIATIONS: Mapping[str, tuple[str, Mapping[str, Any]]] = MappingProxyType(
 
 
 @cache
-def needy_scenes() -> Mapping[str, Scene]:
+def decision_scenes() -> Mapping[str, Scene]:
     """Return all scenes by name, shipped ones first."""
     shipped = {name: load_scene(name) for name in scene_names()}
     varied = {name: replace(shipped[of], name=name, **changes) for name, (of, changes) in VARIATIONS.items()}
