@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import fields, replace
 from functools import partial
 
@@ -18,6 +19,7 @@ from tactile_maps.session.prepared_cache import prepare_cached
 from tactile_maps.skin.fitting.cover import CoverSpec, cover_candidates
 from tactile_maps.skin.fitting.grid import GridSpec
 from tactile_widgets.common.file_dialogs import FileDialog
+from tactile_widgets.context.notification_bar import READ_SECONDS
 from tactile_widgets.dialogs.palette import matching
 from tactile_widgets.jobs.skin_jobs import plan_cover
 from tactile_widgets.panels.model.skin_panel import SkinChoice, SkinPanel
@@ -354,7 +356,7 @@ def test_reason_is_stated_where_the_skin_cannot_be_changed(window, tmp_path):
     assert panel.tree.isEnabled()
 
 
-def test_robot_without_a_scene_reports_its_skin_and_opens_with_a_chosen_one(window, tmp_path, qtbot):
+def test_robot_without_a_scene_reports_its_skin_and_opens_with_a_chosen_one(window, tmp_path, qtbot, monkeypatch):
     (tmp_path / "rods.xml").write_text(RODS)
     opening = window.live.scene_jobs.executor
     opening.hold = True
@@ -362,7 +364,10 @@ def test_robot_without_a_scene_reports_its_skin_and_opens_with_a_chosen_one(wind
     (job,) = opening._waiting
     robot = load_robot_file(tmp_path / "rods.xml")
     job.deliver("part", plan_cover(job.job.arguments[0], robot))  # as its process does before the skin is fitted
-    assert window.notification_bar.text == "rods: 1,000 taxels on left and right"
+    bar = window.notification_bar
+    monkeypatch.setattr(bar, "_clock", lambda: time.monotonic() + 2 * READ_SECONDS)
+    bar._read.timeout.emit()
+    assert bar.text == "rods: 1,000 taxels on left and right", "shown while the links can be chosen"
     QTest.mouseClick(window.notification_bar.findChild(QToolButton, "message-remedy"), LEFT)
     opening.hold = False
     assert job.done

@@ -83,6 +83,8 @@ class Message:
         of: Operation that the message is about, such as ``"open map"``; a newer message of the same operation, or its
             success, removes this one. Empty for none.
         kept: Whether only its buttons, or ``MessageStack.withdraw``, remove the message.
+        pending: Whether the message must still be shown, for example because its remedies are possible only now;
+            None for a message that need not wait.
     """
 
     text: str
@@ -91,6 +93,7 @@ class Message:
     dismiss: str = "Dismiss"
     of: str = ""
     kept: bool = False
+    pending: Callable[[], bool] | None = None
 
     @property
     def leaves(self) -> bool:
@@ -151,8 +154,8 @@ class _Toast(QWidget):
 class MessageStack(FloatingBar):
     """Shows the newest messages at the lower right of its parent, the newest at the bottom.
 
-    Information leaves after ``READ_SECONDS`` unless the pointer is over it. Failures leave when their operation
-    succeeds, or with ``forget_faults``. The oldest message leaves for a fourth one, information first.
+    Information leaves after ``READ_SECONDS`` unless the pointer is over it or it is pending. Failures leave when their
+    operation succeeds, or with ``forget_faults``. The oldest message leaves for a fourth one, information first.
 
     Args:
         theme: Colours.
@@ -281,7 +284,9 @@ class MessageStack(FloatingBar):
                 toast.shown_at = now
             return
         for toast in tuple(self._toasts):
-            if toast.message.leaves and now - toast.shown_at >= READ_SECONDS and not toast.underMouse():
+            message = toast.message
+            waits = toast.underMouse() or (message.pending is not None and message.pending())
+            if message.leaves and now - toast.shown_at >= READ_SECONDS and not waits:
                 self._drop(toast)
         self._update()
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import traceback
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 
 from PySide6.QtCore import QObject, Signal
@@ -63,9 +63,10 @@ class Notifier(QObject):
         remedies: Sequence[QAction] = (),
         dismiss: str = "Dismiss",
         of: str = "",
+        pending: Callable[[], bool] | None = None,
     ) -> None:
         """Show a message over the views; see ``Message``."""
-        self._messages.show_message(Message(text, fault, remedies, dismiss, of))
+        self._messages.show_message(Message(text, fault, remedies, dismiss, of, pending=pending))
         self.message_shown.emit(text, fault)
 
     def offer(self, text: str, *, remedies: Sequence[QAction], dismiss: str) -> None:

@@ -105,7 +105,8 @@ class SkinPresenter(Presenter):
             self._plan = plan
             amount = "taxels" if plan.taxels is None else f"{plan.taxels:,} taxels"
             text = f"{Path(plan.scene.robot).stem}: {amount} on {_listed(plan.links)}"
-            self._notifier.say(text, remedies=[self._context.actions["choose_links"]])
+            choose = self._context.actions["choose_links"]
+            self._notifier.say(text, remedies=[choose], pending=lambda: self._plan is plan)
 
     def _on_loading_ended(self) -> None:
         self._plan = None
