@@ -295,7 +295,7 @@ def indexed(head, body, offsets):
     return head + body + entries + footer + struct.pack("<I", zlib.crc32(entries + footer)) + b"\x89MCAP0\r\n"
 
 
-def _broken_records(count):
+def broken_records(count):
     """Records of an impossible length, each with an entry in the index, so that reading continues at the next one."""
     head = _head()
     broken = struct.pack("<BQ", Opcode.CHUNK, 2**60)
@@ -741,7 +741,7 @@ BOMBS = {
         ),
     ),
     "xacro brackets": ("robot", ".xacro", lambda: xacro('<link name="${' + "(" * 300_000 + ')"/>')),
-    "mcap broken records": ("recording", ".mcap", lambda: _broken_records(60_000)),
+    "mcap broken records": ("recording", ".mcap", lambda: broken_records(60_000)),
     "mcap bad chunks between frames": ("recording", ".mcap", lambda: _bad_chunks_between_frames(6_000)),
     "mcap messages": ("recording", ".mcap", lambda: _head() + chunk(message(9, b"") * 3_000_000)),
     "mcap chunks of messages": ("recording", ".mcap", lambda: _head() + chunk(message(9, b"") * 150_000) * 200),

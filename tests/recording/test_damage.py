@@ -24,7 +24,7 @@ from tactile_maps.recording.file.damage import (
     lost_at_end,
     merge_damage,
 )
-from tactile_maps.recording.file.mcap_file import add_viewer_channels, begin_recording, read_recording
+from tactile_maps.recording.file.mcap_file import _Records, add_viewer_channels, begin_recording, read_recording
 from tactile_maps.recording.machine import machine_facts
 from tactile_maps.recording.overview.summary import summarise
 from tactile_maps.recording.player import RecordingPlayer
@@ -35,6 +35,7 @@ from tactile_maps.recording.verify import verify
 from tactile_maps.session.bundle import unpack_scene
 from tactile_maps.session.session import Session
 from tactile_widgets.__main__ import main
+from tests.files.small_bombs import broken_records
 
 FIRST = 51
 LAST = 250
@@ -111,6 +112,25 @@ def test_flipped_bit_in_the_frames_is_reported_with_its_ticks(recording, tmp_pat
     outcome = verify(player)
     assert outcome.identical, "the frames that are left are the recorded ones"
     assert (outcome.frames, outcome.not_compared) == (len(player), 0)
+
+
+class CountedBytes(io.BytesIO):
+    """A stream that counts the bytes that are read."""
+
+    count = 0
+
+    def read(self, size=-1):
+        data = super().read(size)
+        self.count += len(data)
+        return data
+
+
+def test_index_is_read_once_however_many_records_are_damaged():
+    stream = CountedBytes(broken_records(100))
+    size = len(stream.getvalue())
+    stream.seek(8)
+    assert sum(record is None for record in _Records(stream, size)) >= 99
+    assert stream.count < 3 * size
 
 
 @pytest.mark.parametrize("topic", ["/input", "/event"])

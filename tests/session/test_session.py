@@ -10,6 +10,7 @@ import pytest
 
 from tactile_maps.control.force_loop.loop_stability import SensorTiming
 from tactile_maps.control.motion.command import ControlSettings, JointCommand
+from tactile_maps.control.path_following.clearance import collision_model
 from tactile_maps.core.errors import RecordingError, SceneError, SimulationError, SkinError
 from tactile_maps.core.reading_units import ReadingUnits
 from tactile_maps.geometry.surface.mesh import SurfacePoint
@@ -44,6 +45,14 @@ OTHER = BAR.skin.taxel_point(31)
 )
 def test_timing_of_the_readings_follows_from_the_effects(sensor, averaged, timing):
     assert skin_readings(Effects(sensor=SensorEffects(**sensor), time_averaging=averaged), 0.005) == timing
+
+
+def test_shapes_for_a_path_are_built_when_it_is_requested():
+    collision_model.cache_clear()
+    session = Session(BAR)
+    settings = ControlSettings(controller="hybrid", task="follow_path", path_kind="lemniscate", path_size=0.03)
+    session.submit(ControlChanged(settings))
+    assert collision_model.cache_info().misses == 1, "they take longer than a tick"
 
 
 def test_poke_is_measured_located_and_released():

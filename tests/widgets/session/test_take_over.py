@@ -107,7 +107,6 @@ def taken_over(window, qtbot):
     return window.live.runner.session
 
 
-@pytest.mark.long
 def test_continued_simulation_keeps_recorded_map_posture_and_path(window, edited_recording, qtbot):
     session = taken_over(window, qtbot)
     document = window.editor.document

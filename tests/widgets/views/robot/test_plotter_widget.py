@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+
 import pytest
 from PySide6.QtWidgets import QWidget
 
@@ -15,6 +17,11 @@ from tactile_widgets.views.robot.plotter_widget import (
     RenderScheduler,
     make_canvas,
 )
+
+
+def test_mesa_has_no_shader_cache():
+    """It would end the process on a full disk."""
+    assert os.environ["MESA_SHADER_CACHE_DISABLE"] == "true"
 
 
 class SlowCanvas(QWidget):
