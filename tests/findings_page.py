@@ -33,6 +33,7 @@ from tactile_maps.studies.path_time.factors import Factor
 from tactile_maps.studies.path_time.path_time import ROBOTS
 from tactile_maps.studies.running.case_run import CaseRun
 from tactile_maps.studies.running.sequential import SEED, Settled, run_within
+from tactile_maps.studies.sweeps.controller_accuracy import COMPARED, FORCE_ONLY, GOAL
 
 ASSETS = Path(__file__).resolve().parent.parent / "assets"
 TABLES = ASSETS / "findings"
@@ -43,7 +44,8 @@ _COLOURS = "<style>svg{color:#333}@media(prefers-color-scheme:dark){svg{color:#c
 """Text colours of the pictures, which do not inherit those of the page."""
 JUDGED = ("representation", "force-feedback", "loop-laws", "force-estimators")
 SHEAR = ("shear-benefit", "shear-cost")
-SHOWN = (*JUDGED, *SHEAR)
+CONTROLLERS = "controller-accuracy"
+SHOWN = (*JUDGED, *SHEAR, CONTROLLERS)
 _TEXTS = ("controller", "estimator", "law", "plant", "what", "robot", "factor", "jacobian", "verdict", "limited_by")
 
 
@@ -196,6 +198,7 @@ _TITLES = {
     "force-estimators": "Force from readings",
     "shear-benefit": "Benefit of measured shear",
     "shear-cost": "Accuracy of shear",
+    CONTROLLERS: "Accuracy of the controllers",
 }
 
 
@@ -374,7 +377,32 @@ def _shear_cost(rows: Sequence[Row]) -> Iterator[str]:
     yield "\n".join(lines)
 
 
-_SUMMARIES = {"shear-benefit": _shear_benefit, "shear-cost": _shear_cost}
+def _controllers(rows: Sequence[Row]) -> Iterator[str]:
+    own = [row for row in rows if row["sensor"] == "skin"]
+    compared = [row for row in own if row["path"] == COMPARED]
+    seeds = len(distinct(compared, "seed"))
+    finished = sum(row["finished_s"] is not None for row in compared)
+    yield (
+        f"A figure of eight of 30 mm on the forearm at 10 mm/s and {GOAL:g} N, next to a fixed ball; 1,000 taxels with "
+        "a pitch of 8 to 10 mm and a noise of 100 Pa. Each controller has half the force gain that theory predicts to "
+        f"be stable, at most its default. Medians over {seeds} seeds, which place the taxels, with their 95 % "
+        f"bootstrap interval; {finished} of {len(compared)} runs finish. `{FORCE_ONLY}` has no task and holds the "
+        "contact; `impedance` has no force goal and is left out. The machine was shared: computing times are upper "
+        "bounds."
+    )
+    robots = distinct(own, "robot")
+    for column, title in (
+        ("body_p95_mm", "true error on the body, 95 % [mm]"),
+        ("force_rms_N", "force error, rms [N]"),
+    ):
+        lines = [f"| {title} | {' | '.join(map(str, robots))} |", f"|---|{'---|' * len(robots)}"]
+        for controller in distinct([row for row in own if row[column] is not None], "controller"):
+            cells = [_median(own, column, controller=controller, robot=robot) for robot in robots]
+            lines.append(f"| `{controller}` | {' | '.join(cells)} |")
+        yield "\n".join(lines)
+
+
+_SUMMARIES = {"shear-benefit": _shear_benefit, "shear-cost": _shear_cost, CONTROLLERS: _controllers}
 
 
 if __name__ == "__main__":

@@ -83,16 +83,18 @@ def test_controller_without_a_task_has_no_place_to_be_wrong_about(rows):
 
 @pytest.mark.long
 def test_figures_show_controllers_sensors_and_cost(rows):
-    places, sensors, cost = figures(rows)
+    places, cost = figures(rows)
+    assert places.title == "Place and force", "one sensor is not compared"
+    by_wrench = {**rows[0], "sensor": "wrench", "body_p95_mm": 1.0}
+    places, sensors, cost = figures([*rows, by_wrench])
     (panel,) = places.panels
     assert panel.title == "arm, line"
     assert panel.curves == {"hybrid": [(rows[0]["force_rms_N"], rows[0]["body_p95_mm"])]}
-    assert sensors.amounts == {"arm, line, skin": rows[0]["body_p95_mm"]}, "no run of the figure of eight"
+    expected = {"arm, line, skin": rows[0]["body_p95_mm"], "arm, line, wrench": 1.0}
+    assert sensors.amounts == expected, "no run of the figure of eight"
     assert cost.amounts == {"hybrid": rows[0]["control_ms"]}
-    again = [{**row, "path": SECOND_CONTACT} for row in rows] + [
-        {**rows[0], "path": SECOND_CONTACT, "body_p95_mm": None}
-    ]
-    assert figures(again)[1].amounts == {f"arm, {SECOND_CONTACT}, skin": rows[0]["body_p95_mm"]}
+    again = [{**row, "path": SECOND_CONTACT} for row in (*rows, by_wrench, {**rows[0], "body_p95_mm": None})]
+    assert figures(again)[1].amounts == {name.replace("line", SECOND_CONTACT): size for name, size in expected.items()}
     assert STUDY.name == "controller-accuracy"
 
 

@@ -235,14 +235,15 @@ def figures(rows: Sequence[Row]) -> list[Figure | BarChart]:
         str(controller): _median([row["control_ms"] for row in skin if row["controller"] == controller])
         for controller in distinct(skin, "controller")
     }
+    against = BarChart(
+        "Tactile skin against force-torque sensor",
+        "error on the body, p95, median over controllers and seeds [mm]",
+        by,
+        note=_SENSORS_NOTE,
+    )
     return [
         Figure("Place and force", "error of the force, rms [N]", "on the body, p95 [mm]", by_skin, least=1e-2),
-        BarChart(
-            "Tactile skin against force-torque sensor",
-            "error on the body, p95, median over controllers and seeds [mm]",
-            by,
-            note=_SENSORS_NOTE,
-        ),
+        *([against] if len(distinct(shown, "sensor")) > 1 else []),
         BarChart("Controller cost with tactile skin", "reading and control of one tick, median [ms]", cost),
     ]
 
