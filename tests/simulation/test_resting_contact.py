@@ -9,16 +9,20 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.robots.kinematics import Configuration
+from tactile_maps.robots.load import robot_of_mesh
 from tactile_maps.scene.effects import Effects, Integrator
 from tactile_maps.scene.scene_file import scene_for
 from tactile_maps.session.prepare import prepare
 from tactile_maps.session.session import Session
 from tactile_maps.simulation.simulation import Simulation
+from tactile_maps.skin.fitting.cover import CoverSpec, cover_robot
 from tactile_maps.skin.model.skin import Skin
 from tactile_maps.studies.testbeds.fixed_ball import with_fixed_ball
 from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 from tests.support.scene_objects import thing
-from tests.support.touch import bar, bar_skin, each_point_a_taxel, hold
+from tests.support.touch import bar, bar_skin, each_point_a_taxel, hold, plate
 
 MASS = 0.5
 GRAVITY = 9.81
@@ -202,3 +206,22 @@ def test_link_with_its_centre_of_mass_on_its_axis_is_as_stiff_as_its_cover(tmp_p
     session = Session(with_fixed_ball(turret, taxel=taxel, radius=0.02, depth=1e-3, model="water-fill"))
     session.tick()
     assert session.total_normal_force == pytest.approx(1e-3 * turret.scene.layer.stiffness, rel=0.03)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("pitch", [0.005, 0.006, 0.007])
+def test_box_rests_flat_on_a_finely_divided_flat_skin(pitch):
+    """Corners inside the flat face of the hull would give one contact, which changes its place each tick."""
+    top = plate((-0.06, -0.06, 0.04), (0.12, 0, 0), (0, 0.12, 0), steps=(24, 24))
+    bottom = plate((-0.06, 0.06, 0.0), (0.12, 0, 0), (0, -0.12, 0), steps=(24, 24))
+    faces = np.concatenate([top.faces, bottom.faces + len(top.vertices)])
+    block = Mesh(np.concatenate([top.vertices, bottom.vertices]), faces)
+    robot = robot_of_mesh(block, name="block", source="block.obj")
+    (link,) = (link.name for link in robot.links)
+    skin = cover_robot(robot, CoverSpec((link,), pitch=pitch))
+    height = Configuration(robot).pose(link).points(skin.patches[0].surface.vertices)[:, 2].max()
+    body = thing("box", size=(0.05, 0.05, 0.05), at=(0, 0, height + 0.025 - 2 * GRAVITY / 2e4), mass=2.0)
+    effects = Effects(contact="environment", gravity="on", friction=True)
+    force, poses = run(Simulation(robot, skin, effects, objects=(body,), layer=ElasticLayer(2e4)), 0.3)
+    np.testing.assert_allclose(force[len(force) // 2 :], 2 * GRAVITY, rtol=1e-3)
+    assert np.abs(poses[:, 2, :2]).max() < 1e-4, "it does not tilt"

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import mujoco
 import numpy as np
 import pytest
+from scipy.spatial import ConvexHull
 
 from tactile_maps.core.errors import Finding
 from tactile_maps.robots.files.mesh_files import box_mesh
 from tactile_maps.robots.model.mujoco_spec import compile_spec
-from tactile_maps.skin.link_hulls import hull_name, hull_points, hulls_spec, skinned_links
+from tactile_maps.skin.link_hulls import corners_with_faces, hull_name, hull_points, hulls_spec, skinned_links
 from tactile_maps.skin.model.skin import PLACEHOLDER_COVERED
 from tests.support.touch import arm, pair
 
@@ -35,6 +37,31 @@ def test_the_placeholder_of_a_missing_mesh_is_in_no_hull_unless_it_is_covered():
     robot, skin = lost(covered=True)
     other = replace(skin.findings[0], where="right")
     assert hull_points(robot, replace(skin, findings=(other,)), "left")[:, 0].min() > 0, "another link is covered"
+
+
+def faces_of_corners(points):
+    """Return the number of faces of each corner of the hull of points, as MuJoCo merges them."""
+    spec = mujoco.MjSpec()
+    inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX
+    spec.add_mesh(name="hull", uservert=points.ravel().tolist(), inertia=inertia)
+    spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname="hull")
+    model = spec.compile()
+    count = model.mesh_graph[0]
+    return model.mesh_polymapnum[model.mesh_graph[2 + count : 2 + 2 * count]]
+
+
+def test_each_corner_of_an_almost_flat_hull_has_a_face():
+    """The points of a flat skin are in a plane to within float32, and some of them are corners of the hull."""
+    x, y = np.meshgrid(np.linspace(-0.06, 0.06, 25), np.linspace(-0.06, 0.06, 25))
+    above = np.random.default_rng(0).uniform(0, 3e-7, x.size)
+    top = np.column_stack([x.ravel(), y.ravel(), 0.04 + above])
+    points = np.concatenate([top, top * [1, 1, 0]])
+    assert not faces_of_corners(points).all()
+    corners = corners_with_faces(points)
+    assert faces_of_corners(corners).all()
+    planes = ConvexHull(corners).equations
+    assert (points @ planes[:, :3].T + planes[:, 3]).max() < 1e-6
+    assert corners_with_faces(corners) is corners
 
 
 def test_flat_skin_alone_has_a_hull():

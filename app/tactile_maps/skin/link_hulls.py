@@ -60,9 +60,42 @@ def carries_mesh(robot: Robot, skin: Skin, link: str) -> bool:
     return covered or not robot.link(link).missing
 
 
+def corners_with_faces(points: FloatArray) -> FloatArray:
+    """Return the points (n, 3) without those that are corners of their convex hull but of none of its faces.
+
+    MuJoCo merges faces that are nearly coplanar, as those of a flat skin are in float32. Where a body touches a corner
+    inside a merged face, MuJoCo finds no face and one contact instead of several: a box rocks from corner to corner.
+    All points are returned if each corner has a face, and otherwise the corners that have one. The hull is then up to
+    5 µm lower (flat skins, and arm and iCub of 300 to 1,000 taxels).
+
+    Cost: two compilations of the hull, 15 ms for one of 400 corners and 0.2 s for 5,000.
+    """
+    while True:
+        spec = mujoco.MjSpec()
+        spec.add_mesh(
+            name="hull", uservert=points.ravel().tolist(), inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX
+        )
+        spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname="hull")
+        try:
+            model = spec.compile()
+        except ValueError:  # reported when the robot is compiled
+            return points
+        count = model.mesh_graph[0]
+        corners = model.mesh_graph[2 + count : 2 + 2 * count]
+        faces = model.mesh_polymapnum[corners]
+        if faces.all():
+            return points
+        points = points[np.sort(corners[faces > 0])]
+
+
+@lru_cache(maxsize=32)
+def _corners_of_link(robot: Robot, skin: Skin, link: str) -> FloatArray:
+    return corners_with_faces(hull_points(robot, skin, link))
+
+
 def add_hull(spec: mujoco.MjSpec, robot: Robot, skin: Skin, link: str) -> mujoco.MjsGeom:
     """Add the hull of a link to its body, without weight; nothing collides with it yet."""
-    return add_convex(spec, link, hull_name(link), hull_points(robot, skin, link))
+    return add_convex(spec, link, hull_name(link), _corners_of_link(robot, skin, link))
 
 
 def add_convex(spec: mujoco.MjSpec, link: str, name: str, points: FloatArray) -> mujoco.MjsGeom:

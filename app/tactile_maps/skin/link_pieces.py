@@ -37,7 +37,7 @@ from tactile_maps.geometry.surface.points import sums_by_label
 from tactile_maps.geometry.surface.raycast import RayCaster, ray_caster
 from tactile_maps.robots.model.mujoco_spec import OWN_NAMES
 from tactile_maps.robots.model.robot import Robot
-from tactile_maps.skin.link_hulls import add_convex, carries_mesh, hull_points
+from tactile_maps.skin.link_hulls import add_convex, carries_mesh, corners_with_faces, hull_points
 from tactile_maps.skin.model.skin import Skin
 
 PIECES_SUFFIX = ".pieces"
@@ -213,7 +213,7 @@ def _divided(robot: Robot, skin: Skin, link: str) -> LinkPieces:
     size = float(np.ptp(surface.vertices, axis=0).max())
     tolerance = _tolerance(size)
     piece, hulls = _Regions(surface, walls, skinned, tolerance, factor * tolerance).divide()
-    return LinkPieces(surface, piece, skinned, hulls)
+    return LinkPieces(surface, piece, skinned, tuple(map(corners_with_faces, hulls)))
 
 
 def _tolerance(size: float) -> float:

@@ -16,6 +16,7 @@ from tactile_maps.core.arrays import FloatArray
 from tactile_maps.scene.effects import Effects
 from tactile_maps.scene.objects import MIN_MOVING_MASS, ObjectKind, ObjectSpec, SceneObject
 from tactile_maps.simulation.model.model_names import body_name
+from tactile_maps.skin.link_hulls import corners_with_faces
 from tactile_maps.tactile.mechanics.contact_notes import ContactNote, ContactNoteKind
 
 PROBE_STIFFNESS = 1000.0
@@ -182,8 +183,7 @@ def _shape(spec: mujoco.MjSpec, geom: mujoco.MjsGeom, scene_object: SceneObject)
         case "mesh":
             spec.add_mesh(
                 name=body_name(scene_object.spec),
-                uservert=scene_object.mesh.vertices.ravel().tolist(),
-                userface=scene_object.mesh.faces.ravel().tolist(),
+                uservert=corners_with_faces(scene_object.mesh.vertices).ravel().tolist(),
                 inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX,
             )
             geom.type = mujoco.mjtGeom.mjGEOM_MESH
