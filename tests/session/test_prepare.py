@@ -13,7 +13,7 @@ from tactile_maps.geometry.surface.mesh import Mesh
 from tactile_maps.scene.objects import ObjectSpec
 from tactile_maps.scene.scene import Scene
 from tactile_maps.scene.scene_file import load_scene
-from tactile_maps.session.prepare import check_shapes, findings_of, open_scene, prepare
+from tactile_maps.session.prepare import check_shapes, check_stimuli, findings_of, open_scene, prepare
 from tactile_maps.session.session import Session
 from tactile_maps.skin.fitting.cover import CoverSpec
 from tests.support.hollows import hollow
@@ -113,6 +113,14 @@ def test_mistake_in_a_scene_file_is_named_with_its_line(tmp_path, lines, words):
     path.write_text(f"# my own\n{lines}\n")
     with pytest.raises(SceneError, match=f"own.toml, {words}"):
         open_scene(str(path))
+
+
+def test_unknown_patch_of_a_stimulus_is_named_with_its_line(tmp_path):
+    path = tmp_path / "own.toml"
+    path.write_text("robot = 'arm'\n[[stimuli]]\nkind = 'poke'\n[[stimuli]]\nkind = 'poke'\npatch = 'nose'\n")
+    prepared = replace(arm(), scene=load_scene(str(path)))
+    with pytest.raises(SceneError, match=r"own.toml, line 6, stimuli.patch: unknown patch.*nose.*Choose one of: "):
+        check_stimuli(prepared, str(path))
 
 
 @pytest.mark.long

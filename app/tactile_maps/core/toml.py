@@ -410,15 +410,18 @@ class TomlReader:
         with self.locating_errors(table, path):
             return kind(**values)
 
+    def check_keys(self, table: Mapping[str, Any], known: tuple[str, ...], path: KeyPath) -> None:
+        """Raise an error for the first key of a table that is not in ``known``."""
+        for key in table:
+            if key not in known:
+                raise self.error_at("there is no such key", (*path, key), value=key, remedy=self._instead(key, known))
+
     def fields(
         self, kind: type, table: Mapping[str, Any], path: KeyPath, *, skip: tuple[str, ...] = ()
     ) -> dict[str, Any]:
         """Return the keyword arguments of a dataclass; checks keys, types and required fields."""
-        known = tuple(field.name for field in fields(kind))
+        self.check_keys(table, tuple(field.name for field in fields(kind)), path)
         hints = get_type_hints(kind)
-        for key in table:
-            if key not in known:
-                raise self.error_at("there is no such key", (*path, key), value=key, remedy=self._instead(key, known))
         for field in fields(kind):
             if field.default is MISSING and field.default_factory is MISSING and field.name not in table:
                 remedy = f"Write {field.name} = ..."

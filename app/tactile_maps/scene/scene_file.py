@@ -65,6 +65,7 @@ def scene_from_toml(text: str, *, name: str, file: str | None = None) -> Scene:
         SceneError: The text is invalid; the message names line, key, value, possible values and the nearest spelling.
     """
     reader = TomlReader(text, file=file or name, top=_PLAIN)
+    reader.check_keys(reader.raw, (*_PLAIN, *_TABLES), ())
     known = {key: value for key, value in reader.raw.items() if key not in (*_TABLES, _TAXELS)}
     values = reader.fields(Scene, {"name": name, **known}, ())
     values |= {

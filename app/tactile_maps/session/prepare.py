@@ -12,6 +12,7 @@ from pathlib import Path
 
 from tactile_maps.core.errors import Finding, SceneError, SkinError, TactileMapsError
 from tactile_maps.core.progress import Progress, no_progress, part_of_progress
+from tactile_maps.core.toml import TomlReader
 from tactile_maps.geometry.surface.mesh import join_meshes
 from tactile_maps.maps.build import build_map
 from tactile_maps.maps.model.tactile_map import TactileMap
@@ -31,6 +32,7 @@ from tactile_maps.skin.formats.several_files import TaxelFiles
 from tactile_maps.skin.link_hulls import skinned_links
 from tactile_maps.skin.link_pieces import shape_finding
 from tactile_maps.skin.model.skin import Skin
+from tactile_maps.stimuli.stimulus_player import StimulusPlayer
 from tactile_maps.tactile.mechanics.receptive_field import sparse_pads_findings
 
 
@@ -235,6 +237,30 @@ def open_scene(
     return with_package_roots(
         load_scene(name, check=lambda scene: _check(with_package_roots(scene, package_roots), load)), package_roots
     )
+
+
+def check_stimuli(prepared: PreparedScene, name: str) -> None:
+    """Raise the error that a session would raise about the stimuli of a scene, with its place in the file.
+
+    ``open_scene`` cannot check them, because the patches are known only after the skin was fitted.
+
+    Args:
+        prepared: The scene with its skin.
+        name: Name of the shipped scene, or the file with the stimuli: a scene or a script.
+
+    Raises:
+        SceneError: A patch is unknown, or a place is not on the skin; the message names the line and the key.
+    """
+    scene = prepared.scene
+    try:
+        StimulusPlayer(prepared.skin, scene.stimuli, tick=scene.tick)
+    except SceneError:
+        path = Path(name)
+        if name in scene_names() or not path.is_file():
+            raise
+        document = TomlReader(path.read_text(encoding="utf8"), file=name)
+        with document.locating_errors(document.raw, ()):
+            raise
 
 
 def _check(scene: Scene, load: Callable[[Scene], Robot]) -> None:

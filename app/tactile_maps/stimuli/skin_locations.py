@@ -41,7 +41,7 @@ class SkinLocator:
         names = [patch.name for patch in self.skin.patches]
         if not names or (name and name not in names):
             known = f"Choose one of: {', '.join(names)}" if names else "Cover at least one link"
-            raise SceneError("unknown patch", place="stimuli", value=name, remedy=known)
+            raise SceneError("unknown patch", place="patch", value=name, remedy=known)
         return names.index(name) if name else 0
 
     def project(self, patch: int, points: FloatArray) -> FloatArray:

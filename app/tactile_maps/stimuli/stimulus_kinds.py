@@ -372,7 +372,7 @@ class Babble(Stimulus):
     def _skin(self, locator: SkinLocator) -> tuple[int, Skin]:
         """Return the index of the first touched patch, and the touched skin."""
         if not len(locator.skin):
-            raise SceneError("the skin has no taxels to touch", place="stimuli", remedy="Cover at least one link")
+            raise SceneError("the skin has no taxels to touch", place="patch", remedy="Cover at least one link")
         if not self.patch:
             return 0, locator.skin
         first = locator.patch(self.patch)

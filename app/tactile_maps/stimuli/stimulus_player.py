@@ -9,6 +9,7 @@ from copy import copy
 import numpy as np
 
 from tactile_maps.core.arrays import FloatArray
+from tactile_maps.core.errors import SceneError
 from tactile_maps.skin.model.skin import Skin
 from tactile_maps.stimuli.skin_locations import SkinLocator
 from tactile_maps.stimuli.stimulus import FingerTrack, Stimulus
@@ -37,7 +38,8 @@ class StimulusPlayer:
         fingers: Ids of all its fingers.
 
     Raises:
-        SceneError: A place of a stimulus is not on the skin.
+        SceneError: A patch of a stimulus is unknown, or a place is not on the skin; ``place`` is a key as in
+            ``stimuli.0.patch``.
     """
 
     def __init__(self, skin: Skin, stimuli: Sequence[Stimulus], *, tick: float, repeat: bool = True) -> None:
@@ -47,8 +49,11 @@ class StimulusPlayer:
         ended = 0
         locator = SkinLocator(skin)
         lanes = _FingerIds()
-        for stimulus in stimuli:
-            parts = [_ScheduledTrack(locator, track, tick) for track in stimulus.tracks(locator)]
+        for place, stimulus in enumerate(stimuli):
+            try:
+                parts = [_ScheduledTrack(locator, track, tick) for track in stimulus.tracks(locator)]
+            except SceneError as error:
+                raise error.at(place=f"stimuli.{place}.{error.place}") from error
             period = max(part.lift for part in parts) + max(math.ceil(stimulus.rest / tick - 1e-9), 1)
             begin = ended if stimulus.begin is None else round(stimulus.begin / tick)
             for number in range(stimulus.repeat):

@@ -111,6 +111,14 @@ def test_mistake_is_one_line_with_its_line(capsys, scene):
     assert "Did you mean friction" in err
 
 
+@pytest.mark.parametrize("command", ["inspect", "run"])
+def test_unknown_patch_of_a_stimulus_is_named_with_its_line(capsys, scene, command):
+    scene.write_text(SCENE + "[[stimuli]]\nkind = 'poke'\npatch = 'nose'\n")
+    status, _, err = call(capsys, command, scene)
+    assert status == 1
+    assert "own.toml, line 16, stimuli.patch: unknown patch (found: nose). Choose one of: hand" in err
+
+
 def test_run_warns_of_missing_parts(capsys, scene):
     status, out, err = call(capsys, "run", scene, "--for", "0.02", "--json")
     assert status == 0

@@ -17,7 +17,7 @@ from tactile_maps.recording.player import RecordingPlayer
 from tactile_maps.robots.model.robot import Robot
 from tactile_maps.scene.scene import Scene
 from tactile_maps.session.link_levels import LinkLevels
-from tactile_maps.session.prepare import PreparedScene, open_scene
+from tactile_maps.session.prepare import PreparedScene, check_stimuli, open_scene
 from tactile_maps.session.prepared_cache import link_levels_cached, load_robot_cached, prepare_cached
 from tactile_widgets.jobs.executor import Executor, Job, Report, Running
 from tactile_widgets.jobs.skin_jobs import plan_cover
@@ -52,9 +52,12 @@ def open_content(opening: Scene | SceneFile | Path, look: ImageSettings | None, 
     if isinstance(opening, Path):
         player = RecordingPlayer(opening, progress=report)
         return Opened(player, None if look is None else ImageAtlas(player.prepared.map, look=look))
+    file = opening if isinstance(opening, SceneFile) else None
     if isinstance(opening, SceneFile):
         opening = open_scene(str(opening.path), package_roots=opening.package_roots, load=load_robot_cached)
     prepared = prepare_cached(opening, progress=report, loaded=partial(_report_plan, opening, report))
+    if file is not None:
+        check_stimuli(prepared, str(file.path))
     return Opened(prepared, None if look is None else ImageAtlas(prepared.map, look=look))
 
 

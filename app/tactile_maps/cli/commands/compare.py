@@ -19,7 +19,7 @@ from tactile_maps.core.errors import ExportError, UsageError, did_you_mean
 from tactile_maps.core.files import make_output_folder, write_atomically
 from tactile_maps.recording.player import RecordingPlayer
 from tactile_maps.session.inputs import ControlChanged, SessionInput
-from tactile_maps.session.prepare import PreparedScene, open_scene
+from tactile_maps.session.prepare import PreparedScene, check_stimuli, open_scene
 from tactile_maps.session.prepared_cache import load_robot_cached, prepare_cached
 from tactile_maps.studies.base.figures import BarChart
 from tactile_maps.studies.controller_comparison import (
@@ -120,7 +120,9 @@ def _stimulus(
         return player.prepared, player.inputs, begun[0] if begun else ControlSettings(), float(player.times[-1])
     scene = open_scene(name, package_roots=package_roots(arguments), load=load_robot_cached)
     scene = with_home(scene, arguments)
-    return prepare_cached(scene, progress=progress_line()), None, settings_from(dict(scene.control)), SCRIPT_SECONDS
+    prepared = prepare_cached(scene, progress=progress_line())
+    check_stimuli(prepared, name)
+    return prepared, None, settings_from(dict(scene.control)), SCRIPT_SECONDS
 
 
 def _write(folder: str | None, traces: Sequence[ControllerTrace]) -> Path | None:

@@ -25,7 +25,7 @@ from tactile_maps.robots.model.robot import Robot
 from tactile_maps.robots.workspace import inertia_ratio, reach
 from tactile_maps.scene.scene import Scene
 from tactile_maps.scene.scene_file import scene_names
-from tactile_maps.session.prepare import PreparedScene, open_scene, pad_findings
+from tactile_maps.session.prepare import PreparedScene, check_stimuli, open_scene, pad_findings
 from tactile_maps.session.prepared_cache import load_robot_cached, prepare_cached
 from tactile_maps.skin.controllable import controllable_share
 from tactile_maps.skin.formats.icub.layout import read_icub_layout
@@ -178,7 +178,7 @@ def describe(
         return _DESCRIBERS[kind](name)
     if _is_scene(name):
         scene = open_scene(name, package_roots=package_roots, load=load_robot_cached)
-        return _scene(replace(scene, home={**scene.home, **(home or {})}), costs=costs)
+        return _scene(replace(scene, home={**scene.home, **(home or {})}), name, costs=costs)
     return {"kind": "robot", **_robot(load_robot(name, package_roots=package_roots, home=home))}
 
 
@@ -246,8 +246,9 @@ def _skin(skin: Skin) -> dict[str, Any]:
     }
 
 
-def _scene(scene: Scene, *, costs: bool) -> dict[str, Any]:
+def _scene(scene: Scene, name: str, *, costs: bool) -> dict[str, Any]:
     prepared = prepare_cached(scene, progress=progress_line())
+    check_stimuli(prepared, name)
     measured = _costs(prepared) if costs else {}
     effects = [{**vars(row), "ms": measured.get(row.name)} for row in scene.decision.rows]
     bodies = (finding for body in prepared.objects for finding in body.findings)

@@ -16,7 +16,7 @@ from tactile_maps.cli.shared.scenes import scene_from_arguments
 from tactile_maps.core.errors import SimulationError, UsageError
 from tactile_maps.recording.recorder import Recorder
 from tactile_maps.session.frame import Frame
-from tactile_maps.session.prepare import PreparedScene, findings_of
+from tactile_maps.session.prepare import PreparedScene, check_stimuli, findings_of
 from tactile_maps.session.prepared_cache import prepare_cached
 from tactile_maps.session.session import Session
 from tactile_maps.tactile.mechanics.contact_notes import ContactNote, ContactNoteKind, contact_note_text
@@ -39,6 +39,7 @@ def execute(arguments: argparse.Namespace) -> int:
         remedy = "Add --sweep FILE.toml, or leave out --resume, --jobs and --cluster"
         raise UsageError("a single recording is made in one process without interruption", remedy=remedy)
     prepared = prepare_cached(scene, progress=progress_line())
+    check_stimuli(prepared, arguments.stimuli or arguments.scene_file or scene.name)
     findings = findings_of(prepared)
     for finding in without_model_notes(findings):
         times = f"{finding.count} x " if finding.count > 1 else ""
