@@ -8,6 +8,7 @@ import pkgutil
 import re
 import shlex
 import tomllib
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -336,3 +337,11 @@ def test_library_example_of_guide_runs(tmp_path, monkeypatch):
     names = run(text, tmp_path, monkeypatch)
     assert names["quality"].flips == 0
     assert (tmp_path / "press.mcap").stat().st_size > 0
+
+
+def test_functions_that_the_library_page_names_exist():
+    text = (ROOT / "assets" / "guide" / "library.md").read_text(encoding="utf8")
+    named = re.findall(r"`([a-z_]+)(?:\([a-z]*\))?` of\s+`(tactile_maps[a-z_.]+)`", text)
+    assert {"contact_note_text", "limit_texts"} <= {name for name, _ in named}
+    for name, module in named:
+        assert callable(getattr(import_module(module), name))

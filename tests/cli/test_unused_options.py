@@ -117,6 +117,7 @@ def test_every_named_option_exists(rules):
             "map {stl} --robot icub",
             "--robot: this option has no effect with this input (found: {stl}). It names the robot",
         ),
+        ("map {stl} --robot none", "It names the robot that carries taxels, or none, and this file has no taxels"),
         (
             "map arm --surface all",
             "--surface: this option has no effect with this input (found: arm). It is for meshes",

@@ -8,6 +8,7 @@ import pytest
 from tactile_maps.core.errors import MapError
 from tactile_maps.flattening.cut import SeamPlan, shortest_edge_path
 from tactile_maps.maps.build import build_map, flatten_patch, with_chart
+from tactile_maps.robots.load import robot_of_mesh
 from tactile_maps.skin.model.skin import Patch, Skin
 from tests.support.surfaces import frustum, sheet, skin_of, taxels_on
 
@@ -68,6 +69,11 @@ def test_flattening_one_patch_again_keeps_the_others(three_patches):
     assert edited.layout.placements[::2] == three_patches.layout.placements[::2]
     before, after = (m.uv[1].min(axis=0) + m.uv[1].max(axis=0) for m in (three_patches, edited))
     np.testing.assert_allclose(after, before, atol=1e-12)
+
+
+def test_map_of_a_robot_is_rejected_with_a_remedy():
+    with pytest.raises(TypeError, match=r"needs a Skin \(found: Robot\). Cover the robot first"):
+        build_map(robot_of_mesh(frustum(), name="cone", source="cone.stl", link="cone"))
 
 
 def test_seam_plan_for_unknown_patch_is_rejected():

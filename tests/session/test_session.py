@@ -208,6 +208,8 @@ def test_session_of_robot_and_map_is_pressed_released_and_watched():
     for seconds in (math.nan, math.inf, -0.1):
         with pytest.raises(SimulationError, match="duration is out of range"):
             session.run_for(seconds)
+    with pytest.raises(SimulationError, match=r"shorter than a tick \(found: 0.0013 s\).*0.005 s"):
+        session.run_for(0.0013)
     assert session.frame.tick == 201
 
 

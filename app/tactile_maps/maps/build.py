@@ -38,6 +38,7 @@ def build_map(
 
     Raises:
         MapError: No patches, a seam plan for an unknown patch, or a patch that cannot be flattened.
+        TypeError: ``skin`` is not a skin, but for example a robot.
 
     Example:
         >>> tactile_map = tm.build_map(skin)
@@ -46,6 +47,9 @@ def build_map(
 
     Cost: about 30 µs a face; 0.7 s for 1000 taxels on 27,000 faces.
     """
+    if not isinstance(skin, Skin):
+        remedy = "Cover the robot first: build_map(cover_robot(robot))"
+        raise TypeError(f"build_map needs a Skin (found: {type(skin).__name__}). {remedy}")
     plans = seams or {}
     if not skin.patches:
         raise MapError("the skin has no patches to map", remedy="Cover at least one link")

@@ -360,12 +360,17 @@ class Session:
         """Simulate ``seconds``, rounded to whole ticks, as fast as possible; return the last frame.
 
         Raises:
-            SimulationError: The duration is out of range.
+            SimulationError: The duration is out of range, or positive and rounded to no tick.
             TactileMapsError: A tick failed, see ``tick``.
         """
         if not (math.isfinite(seconds) and seconds >= 0):
             raise SimulationError("the duration is out of range", value=f"{seconds} s", remedy="Choose 0 s or more")
-        for _ in range(round(seconds / self.prepared.scene.tick)):
+        tick = self.prepared.scene.tick
+        ticks = round(seconds / tick)
+        if seconds > 0 and not ticks:
+            remedy = f"Choose at least one tick, {tick:g} s"
+            raise SimulationError("the duration is shorter than a tick", value=f"{seconds:g} s", remedy=remedy)
+        for _ in range(ticks):
             self.tick()
         return self.frame
 

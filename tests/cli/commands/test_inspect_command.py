@@ -182,6 +182,15 @@ def test_shapes_with_which_links_with_hollow_skin_collide(capsys):
         assert f"block                   {row['shape']}" in capsys.readouterr().out
 
 
+def test_link_without_joints_has_no_reach(capsys, tmp_path):
+    path = tmp_path / "block.xml"
+    path.write_text('<mujoco><worldbody><body name="block"><geom size="0.1"/></body></worldbody></mujoco>')
+    status, out, _ = call(capsys, "inspect", path)
+    assert status == 0
+    assert "block" in out
+    assert "None" not in out
+
+
 @pytest.mark.long
 def test_limits_of_a_robot_are_listed(capsys, tmp_path):
     path = tmp_path / "arm.xml"

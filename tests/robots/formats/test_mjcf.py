@@ -125,6 +125,10 @@ PASSWD = ("../../../../../../etc/passwd", "/etc/passwd")
         *(([("<worldbody>", f'<include file="{path}"/><worldbody>')], f"leaves the robot.*{path}") for path in PASSWD),
         ([('<mujoco model="tiny">', "<svg>"), ("</mujoco>", "</svg>")], "not MJCF"),
         ([("<body", "<frame"), ("</body>", "</frame>")], "contains no robot"),
+        (
+            [("<joint", '<geom type="box" size="1 1"/><joint')],
+            r"body .*, geom .*, size: a box needs 3 positive sizes \(found: 1 1 0\)\. Write half its lengths",
+        ),
     ],
 )
 def test_invalid_model_is_rejected(tiny, changes, words):

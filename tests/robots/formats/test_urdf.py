@@ -207,6 +207,7 @@ def test_addresses_out_of_the_package_are_rejected(urdf, address):
             r"joint hinge, axis: .*no direction \(found: 0 0 0\). Write a unit vector",
         ),
         ('<link name="base">', '<link name="rod"/><link name="base">', r"link rod: 2 links have the same name.*Rename"),
+        ('<child link="rod"', '<child link="rodd"', r"joint hinge, child: .*not a link.*rodd.*Did you mean rod[?]"),
     ],
 )
 def test_invalid_number_axis_and_repeated_link_are_refused_with_place_and_remedy(urdf, old, new, message):

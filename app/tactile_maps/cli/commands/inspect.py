@@ -68,7 +68,7 @@ def execute(arguments: argparse.Namespace) -> int:
     if "limits" not in found:
         refuse_with_input(arguments, ["--home"], "input", arguments.input, purpose="It is for robots and scenes")
     apart = ("effects", "problems", "identity", "axes", "coverage", "collision", "limits", "controllable", "quality")
-    plain = {key.capitalize(): _text(value) for key, value in found.items() if key not in apart}
+    plain = {key.capitalize(): _text(value) for key, value in found.items() if key not in apart and value is not None}
     if found.get("reach") is not None:
         plain["Reach"] = f"{found['reach']:.3f} m from the first joint"
     if found.get("inertia_ratio") is not None:

@@ -200,7 +200,7 @@ def _refuse_with_skin(arguments: argparse.Namespace, path: Path) -> None:
         if kind in (FileKind.SKIN, FileKind.MAP):
             refuse(["--links"], purpose="It chooses links, and a skin is used whole")
     else:
-        refuse(["--robot"], purpose="It names the robot that carries the taxels of a file")
+        refuse(["--robot"], purpose="It names the robot that carries taxels, or none, and this file has no taxels")
         if not covered and kind is FileKind.MESH:
             refuse(["--links"], purpose="It chooses links of a robot, and a mesh has none")
         elif not covered:

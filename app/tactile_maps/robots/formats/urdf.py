@@ -10,7 +10,7 @@ from xml.etree.ElementTree import Element, SubElement, tostring
 import mujoco
 import numpy as np
 
-from tactile_maps.core.errors import Finding, RobotError, add_finding, errors_in_file, places_finding
+from tactile_maps.core.errors import Finding, RobotError, add_finding, did_you_mean, errors_in_file, places_finding
 from tactile_maps.robots.files.mesh_files import AssetStore, split_scale
 from tactile_maps.robots.files.model_files import PackageResolver, files_that_include
 from tactile_maps.robots.files.model_limits import check_amounts
@@ -79,6 +79,7 @@ def read_urdf(path: Path, *, package_roots: Sequence[Path] = (), findings: list[
         raise RobotError("the file contains no robot: it has no link", file=path, remedy=files_that_include(path))
     check_amounts(root, path)
     _check_unique_names(root, path)
+    _check_links_of_joints(root, path)
     notes += [*_drop_repeated(root), *_repair_triples(root), *_drop_shapes_without_size(root), *_repair_inertias(root)]
     return root
 
@@ -184,6 +185,19 @@ def _check_unique_names(root: Element, path: Path) -> None:
                 remedy = f"Rename all but one, also where other elements name the {tag}, or remove the copies"
                 problem = f"{count} {tag}s have the same name"
                 raise RobotError(problem, file=path, place=f"{tag} {name}", remedy=remedy)
+
+
+def _check_links_of_joints(root: Element, path: Path) -> None:
+    """Raise RobotError for a joint between links that do not exist, which MuJoCo rejects without a name."""
+    links = tuple(link.get("name", "") for link in root.findall("link"))
+    for joint in root.findall("joint"):
+        for tag in ("parent", "child"):
+            element = joint.find(tag)
+            link = "" if element is None else element.get("link", "")
+            if link not in links:
+                problem = f"the {tag} of a joint is not a link of this file"
+                place = f"joint {joint.get('name', '')}, {tag}"
+                raise RobotError(problem, file=path, place=place, value=link, remedy=did_you_mean(link, links))
 
 
 _TRIPLES = ("xyz", "rpy", "scale")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Collection, Iterator, Mapping, Sequence, Sized
 from contextlib import contextmanager
+from types import MappingProxyType
 from typing import Any
 from xml.etree.ElementTree import tostring
 
@@ -161,6 +162,7 @@ def compile_spec(spec: mujoco.MjSpec, *, source: str, findings: list[Finding] | 
         RobotError: MuJoCo rejects the model, or warns that its numbers are invalid.
     """
     _check_axes(spec, source)
+    _check_sizes(spec, source)
     with mujoco_errors("build", source=source), warnings.catch_warnings(record=True) as found:
         warnings.simplefilter("always")
         model = spec.compile()
@@ -182,6 +184,36 @@ def _check_axes(spec: mujoco.MjSpec, source: str) -> None:
                 place=f"joint {joint.name}, axis",
                 value=" ".join(f"{value:g}" for value in joint.axis),
                 remedy="Write a unit vector, such as 0 0 1",
+            )
+
+
+_SIZES: Mapping[mujoco.mjtGeom, tuple[int, str]] = MappingProxyType(
+    {
+        mujoco.mjtGeom.mjGEOM_SPHERE: (1, "its radius"),
+        mujoco.mjtGeom.mjGEOM_CAPSULE: (2, "its radius and half its length"),
+        mujoco.mjtGeom.mjGEOM_CYLINDER: (2, "its radius and half its length"),
+        mujoco.mjtGeom.mjGEOM_ELLIPSOID: (3, "its radii along x, y and z"),
+        mujoco.mjtGeom.mjGEOM_BOX: (3, "half its lengths along x, y and z"),
+    }
+)
+"""Number and meaning of the sizes of shapes."""
+
+
+def _check_sizes(spec: mujoco.MjSpec, source: str) -> None:
+    """Raise RobotError for a shape with missing, zero or negative sizes, whose body MuJoCo does not name."""
+    for geom in spec.geoms:
+        if geom.type not in _SIZES or geom.meshname or not np.isnan(geom.fromto[0]):
+            continue  # such sizes follow from a mesh or from two points
+        count, words = _SIZES[geom.type]
+        sizes = geom.size[:count]
+        if (sizes <= 0).any():
+            shape = geom.type.name.removeprefix("mjGEOM_").lower()
+            raise RobotError(
+                f"a {shape} needs {count} positive {'size' if count == 1 else 'sizes'}",
+                file=source,
+                place=f"body {geom.parent.name or '(unnamed)'}, geom {geom.name or '(unnamed)'}, size",
+                value=" ".join(f"{value:g}" for value in sizes),
+                remedy=f"Write {words} [m]",
             )
 
 

@@ -67,6 +67,9 @@ _OTHER_NAMES = {
     **dict.fromkeys(("taxel_name", "sensor_name", "sensor"), "name"),
 }
 _LARGEST_NUMBER = 2**31
+_DECIMAL_COMMA = re.compile(r"\s*[-+]?\d+,\d+(?:[eE][-+]?\d+)?\s*", re.ASCII)
+_COMMAS = "the table uses decimal commas"
+_POINTS = "Replace them by decimal points, or export the table with decimal points"
 MAX_LINKS = 1000
 
 
@@ -173,6 +176,8 @@ def _parse(text: str, where: str) -> _Table:
 def _header(rows: TableRows, where: str, findings: list[Finding]) -> tuple[dict[str, int], dict[str, float], TableRows]:
     """Return the columns by name, the SI values of stated units, and the rows below the names."""
     line, first = rows[0]
+    if _DECIMAL_COMMA.fullmatch(first[0]):
+        raise SkinError(_COMMAS, place=f"line {line}", value=first[0].strip(), remedy=_POINTS)
     if is_number(first[0]):
         names = {3: _POSITION, 6: _POSITION + _NORMAL}.get(len(first))
         if names is None:
@@ -194,15 +199,25 @@ def _header(rows: TableRows, where: str, findings: list[Finding]) -> tuple[dict[
     for group in (_POSITION, _NORMAL, _POINT, _T1, _T2):
         missing = [name for name in group if name not in columns]
         if missing and (group is _POSITION or len(missing) < len(group)):
-            remedy = f"Name the columns {', '.join(group)} in the first line, with a unit as in {group[0]}_mm"
+            remedy = f"Name the columns {', '.join(group)} in the first line"
+            if group[0] in _LENGTHS:
+                remedy += f", with a unit as in {group[0]}_mm (known units: {', '.join(METRES)})"
             if group is _POSITION:
                 remedy += f", or in {mapping_path(Path(where)).name} next to it; {template_command(Path(where))}"
-            raise SkinError("a column is missing", place=f"line {line}", value=", ".join(missing), remedy=remedy)
+            raise _missing_columns(missing, rows[0], remedy)
     if _T2[0] in columns and _T1[0] not in columns:
         remedy = f"Name the columns {', '.join(_T1)}, too, or leave t2 out"
-        raise SkinError("a column is missing", place=f"line {line}", value=", ".join(_T1), remedy=remedy)
+        raise _missing_columns(_T1, rows[0], remedy)
     add_finding(findings, "millimetres", where, "converted to metres", list(units.values()).count(1e-3))
     return columns, units, rows[1:]
+
+
+def _missing_columns(missing: Sequence[str], header: tuple[int, Sequence[str]], remedy: str) -> SkinError:
+    """Return the error about columns that are not in the line of names."""
+    line, cells = header
+    problem = "a column is missing" if len(missing) == 1 else "columns are missing"
+    found = ", ".join(cell.strip() for cell in cells)
+    return SkinError(f"{problem}: {', '.join(missing)}", place=f"line {line}", value=found, remedy=remedy)
 
 
 def _column_name(cell: str, line: int) -> tuple[str, float | None]:
@@ -360,6 +375,10 @@ def _floats(table: _Table, rows: TableRows, group: Sequence[str]) -> FloatArray 
         line, cells = rows[row]
         text = cells[columns[k]].strip()
         if text or group is _POSITION:
+            if _DECIMAL_COMMA.fullmatch(text):
+                raise SkinError(
+                    _COMMAS, place=f"line {line}, {_column_text(table, group[k])}", value=text, remedy=_POINTS
+                )
             empty = "" if text else "; the cell is empty"
             problem = f"must be a number with a decimal point{empty}"
             raise _cell_error("is not a finite number" if is_number(text) else problem, table, line, group[k], text)
@@ -381,9 +400,14 @@ def _integers(table: _Table, rows: TableRows, name: str) -> IntArray | None:
 
 
 def _cell_error(problem: str, table: _Table, line: int, name: str, value: str) -> SkinError:
-    """Return the error about a cell; its column is named by its heading, or by its position without headings."""
+    """Return the error about a cell."""
+    remedy = "Correct the cell, or leave the row out"
+    place = f"line {line}, {_column_text(table, name)}"
+    return SkinError(f"{name} {problem}", place=place, value=value or None, remedy=remedy)
+
+
+def _column_text(table: _Table, name: str) -> str:
+    """Return the place of a column: its heading, or its position without headings."""
     column = table.columns[name]
     heading = table.headings[column]
-    shown = f"{column + 1} ({name})" if is_number(heading) else heading
-    remedy = "Correct the cell, or leave the row out"
-    return SkinError(f"{name} {problem}", place=f"line {line}, column {shown}", value=value or None, remedy=remedy)
+    return f"column {column + 1} ({name})" if is_number(heading) else f"column {heading}"

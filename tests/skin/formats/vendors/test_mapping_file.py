@@ -133,5 +133,7 @@ def test_template_alone_opens_a_file_with_common_names(tmp_path):
 def test_unknown_table_names_the_mapping_file(tmp_path):
     path = tmp_path / "pad.csv"
     path.write_text("Nr;Breite\n1;2\n")
-    with pytest.raises(SkinError, match=r"a column is missing.*pad\.csv\.mapping\.toml.*inspect pad\.csv --mapping"):
+    with pytest.raises(
+        SkinError, match=r"columns are missing: x, y, z.*pad\.csv\.mapping\.toml.*inspect pad\.csv --mapping"
+    ):
         read_taxels(path)
