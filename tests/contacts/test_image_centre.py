@@ -38,7 +38,7 @@ def centre(pressures, **settings):
     return region
 
 
-@pytest.mark.long
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize(
     ("pixel", "interpolation"), [(0.001, "barycentric"), *((0.004, one) for one in INTERPOLATIONS)]
 )

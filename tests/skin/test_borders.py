@@ -175,7 +175,6 @@ def test_every_model_reports_a_body_on_a_bare_part(name):
     assert (note.kind, note.bodies) == (ContactNoteKind.OUTSIDE_SKIN, ("box", "bar"))
 
 
-@pytest.mark.long
 def test_the_foundation_bears_a_body_across_the_border_whole():
     robot = bar(hinged=False)
     weight = 0.3 * 9.81

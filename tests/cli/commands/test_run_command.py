@@ -94,8 +94,7 @@ def interrupt_after(monkeypatch, ticks: int) -> None:
     monkeypatch.setattr(run_command, "Session", Interrupted)
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("json_words", [[], ["--json"]])
+@pytest.mark.parametrize("json_words", [[], pytest.param(["--json"], marks=pytest.mark.long)])
 def test_interrupted_run_does_not_replace_a_recording_and_names_both(monkeypatch, tmp_path, capsys, json_words):
     target = tmp_path / "run.mcap"
     new = tmp_path / "run.new.mcap"

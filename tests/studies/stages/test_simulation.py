@@ -84,7 +84,6 @@ LIMITS = {"implicitfast": (0.93, 1.07), "implicit": (0.93, 1.07)}
 """Shares of it."""
 
 
-@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("integrator", LIMITS)
 def test_contact_holds_up_to_the_predicted_limit_and_no_further(subject, integrator):

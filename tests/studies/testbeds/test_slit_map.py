@@ -38,7 +38,6 @@ def test_map_without_cuts_is_unchanged(prepared):
     assert with_slits(prepared, touched_place(prepared), 0) is prepared
 
 
-@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("count", [1, 2, 3])
 def test_path_about_the_place_leads_over_the_cuts_and_comes_back(prepared, count):

@@ -230,7 +230,6 @@ def test_missing_driver_is_named(panel, driver):
     assert not panel.findChild(QPushButton, "motion-send").isChecked()
 
 
-@pytest.mark.long
 def test_panel_fits_the_column_for_long_joint_names(panel):
     assert panel.minimumSizeHint().width() <= COLUMN_WIDTH - 8, "a scroll bar must fit next to it"
     label = panel.findChild(QLabel, "motion-joints")
