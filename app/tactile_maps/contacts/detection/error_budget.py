@@ -417,6 +417,31 @@ def _saturation(errors: SensorUncertainty, readings: Readings, limit: float) -> 
     return full, Widths((0.88 + 0.28 * number) * cut, (2.3 + 0.27 * number) * cut)
 
 
+def _threshold(limit: float, pressures: FloatArray, dark: int, area: float) -> tuple[float, Widths]:
+    """Return the number of taxels that a threshold hides on the rim of a contact as wide as expected, and the losses.
+
+    Args:
+        limit: Threshold of the sensor [Pa].
+        pressures: (k,) pressures of the touched taxels [Pa].
+        dark: Number of taxels of the contact that read nothing.
+        area: Mean area of a taxel [m²].
+
+    Returns:
+        The number, and the widths of the loss in loads of a taxel at the threshold.
+    """
+    count = len(pressures)
+    wide = _RIM / math.sqrt(area)
+    whole = min(_rim_taxels(count, limit / max(float(pressures.max()), limit)), dark)
+    rim = min(whole, wide)
+    usual, most = _rim_losses(rim, wide)
+    wider = _rim_losses(whole, math.inf)
+    if count >= _WIDER[0]:
+        usual = wider.standard
+    if count >= _WIDER[1]:
+        most = max(most, wider.limit)
+    return rim, Widths(usual, most)
+
+
 def _rim_taxels(count: int, share: float) -> float:
     """Return the number of taxels below the threshold around a contact of ``count`` taxels.
 
@@ -479,15 +504,7 @@ def _add_systematic(
             place += widths["saturation"].standard ** 2 * float(squared.take(inside)[full].mean() / full.sum())
     if effects.threshold is not None:
         limit = effects.threshold.at
-        wide = _RIM / math.sqrt(area)
-        whole = min(_rim_taxels(count, limit / max(float(pressures.max()), limit)), dark)
-        rim = min(whole, wide)
-        usual, most = _rim_losses(rim, wide)
-        wider = _rim_losses(whole, math.inf)
-        if count >= _WIDER[0]:
-            usual = wider.standard
-        if count >= _WIDER[1]:
-            most = max(most, wider.limit)
+        rim, (usual, most) = _threshold(limit, pressures, dark, area)
         widths["threshold"] = Widths(limit * (usual * area + tails), limit * (most * area + tails))
         place += rim / 5 * (limit * area) ** 2 * float(squared.mean())
     if readings.estimated is not None:

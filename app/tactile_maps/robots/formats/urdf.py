@@ -197,7 +197,7 @@ def _check_links_of_joints(root: Element, path: Path) -> None:
             if link not in links:
                 problem = f"the {tag} of a joint is not a link of this file"
                 place = f"joint {joint.get('name', '')}, {tag}"
-                raise RobotError(problem, file=path, place=place, value=link, remedy=did_you_mean(link, links))
+                raise RobotError(problem, file=path, place=place, value=link or None, remedy=did_you_mean(link, links))
 
 
 _TRIPLES = ("xyz", "rpy", "scale")
