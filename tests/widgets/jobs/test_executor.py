@@ -43,6 +43,10 @@ def crash(_report):
     os.kill(os.getpid(), signal.SIGKILL)
 
 
+def crash_with(_total, report):
+    crash(report)
+
+
 def report_and_crash(report):
     report("almost there", 0.9)
     os._exit(1)
@@ -269,6 +273,24 @@ def test_reports_sent_before_a_crash_arrive_before_the_failure(process, log, qtb
     process._process.join(10)  # so that report and end are read together
     process._on_timer()
     assert log == [("progressed", ("almost there", 0.9)), ("failed", DIED)]
+
+
+def test_crash_fails_a_job_if_the_next_one_starts_before_the_crash_was_noticed(process, log, wait, qtbot):
+    total = Kept(list)
+    process.warm()
+    qtbot.waitUntil(lambda: process.ready, timeout=LONG)
+    log.start(process, crash_with, total)
+    process._process.join(10)
+    log.start(process, square, 2)
+    log.start(process, add, total, 1)
+    wait(process)
+    assert log == [
+        ("failed", DIED),
+        ("failed", DIED),
+        ("progressed", ("squaring", 0.5)),
+        ("received", 2),
+        ("finished", 4),
+    ]
 
 
 @pytest.mark.long

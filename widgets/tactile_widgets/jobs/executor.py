@@ -317,7 +317,7 @@ class ProcessExecutor(Executor):
         return None if self._process is None else self._process.pid
 
     def warm(self, *functions: Callable[..., object]) -> None:
-        if self._process is not None and not self._process.is_alive():
+        if self._current is None and self._has_died():
             self._end_process()
         if self._process is None:
             context = mp.get_context("spawn")
@@ -339,10 +339,13 @@ class ProcessExecutor(Executor):
             self._start_waiting()
 
     def _begin(self, running: Running[Any]) -> None:
-        if self._process is not None and not self._process.is_alive() and self._numbers(running) & self._kept:
-            self._on_ended()  # what it kept is lost
+        if self._current is None and self._has_died() and self._needs_kept(running):
+            self._on_ended()
         else:
             self._start_waiting()
+
+    def _has_died(self) -> bool:
+        return self._process is not None and not self._process.is_alive()
 
     def _start_waiting(self) -> None:
         if self._waiting:
@@ -353,6 +356,9 @@ class ProcessExecutor(Executor):
     @staticmethod
     def _numbers(running: Running[Any]) -> set[int]:
         return {one.number for one in running.job.arguments if isinstance(one, Kept)}
+
+    def _needs_kept(self, running: Running[Any]) -> bool:
+        return bool(self._numbers(running) & self._kept)
 
     def _hand_over(self) -> None:
         """Send the next job, if the process waits for one."""
@@ -397,11 +403,13 @@ class ProcessExecutor(Executor):
             self._timer.stop()
 
     def _on_ended(self) -> None:
-        """The process has ended by itself: fail the job that ran, or else the next one."""
-        failed = self._current or (self._waiting.pop(0) if self._waiting else None)
+        """The process has ended by itself: fail the job that ran, or else the next one, and those whose value is lost."""
+        failed = [self._current or self._waiting[0]] if self.busy else []
+        failed += [one for one in self._waiting if one not in failed and self._needs_kept(one)]
+        self._waiting = [one for one in self._waiting if one not in failed]
         self._end_process()
-        if failed is not None:
-            failed.deliver("failed", failed.job.died)
+        for one in failed:
+            one.deliver("failed", one.job.died)
         self._start_waiting()
 
     def _end_process(self) -> None:
