@@ -403,7 +403,7 @@ class ProcessExecutor(Executor):
             self._timer.stop()
 
     def _on_ended(self) -> None:
-        """The process has ended by itself: fail the job that ran, or else the next one, and those whose value is lost."""
+        """Fail the job that ran, or else the next one, and those whose kept value the ended process had."""
         failed = [self._current or self._waiting[0]] if self.busy else []
         failed += [one for one in self._waiting if one not in failed and self._needs_kept(one)]
         self._waiting = [one for one in self._waiting if one not in failed]
