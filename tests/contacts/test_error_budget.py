@@ -255,9 +255,36 @@ def test_displaced_pads_are_less_certain_in_force_and_place():
     nine = Readings(np.ones(9), np.full(9, AREA), np.arange(9), np.arange(9))
     known, found = (propagate_uncertainty(errors, nine, np.zeros(9)) for errors in (pads, displaced))
     assert found.place**2 - known.place**2 == pytest.approx(0.002**2 / 9)
-    sampled = 9 * 0.29 * 9**-1.25 * math.exp(-1.8 * math.pi * 0.04)
+    sampled = 9 * 0.5 * 9**-0.75 * math.exp(-1.8 * math.pi * 0.04)
     expected = math.hypot(sampled, math.sqrt(7 * (0.07**2 + 0.2**2)))
     assert found.force == pytest.approx(expected)
+
+
+@pytest.mark.parametrize(
+    ("forces", "factor", "power"),
+    [
+        (np.linspace(0, 2, 402)[1:-1] ** 1.1, 0.29, -1.25),
+        (1 - np.linspace(-1, 1, 402)[1:-1] ** 2, 0.5, -0.75),
+        (np.ones(400), 0.5, -0.75),
+    ],
+    ids=["round", "line", "face"],
+)
+def test_edges_make_pads_less_certain(forces, factor, power):
+    """Pressures of a paraboloid are evenly distributed up to its peak; these are a little lower."""
+    pads = SensorUncertainty.of_sensor(SensorEffects(area_averaging=AreaAveraging(0.002)))
+    many = Readings(forces, np.full(400, AREA), np.arange(400), np.arange(400))
+    effective = forces.sum() ** 2 / (forces @ forces)
+    found = propagate_uncertainty(pads, many, np.zeros(400)).force / forces.sum()
+    spectrum = factor * effective**power * math.exp(-1.8 * math.pi * 0.04)
+    assert found == pytest.approx(math.hypot(spectrum, math.sqrt(7) * 0.09 / effective))
+
+
+@pytest.mark.parametrize(("squared", "variance"), [(0.0, 1 / 12 / 3), (1.0, 1 / 7)], ids=["face", "line"])
+def test_place_of_a_contact_with_edges_on_pads(squared, variance):
+    pads = SensorUncertainty.of_sensor(SensorEffects(area_averaging=AreaAveraging(0.002)))
+    nine = Readings(np.ones(9), np.full(9, AREA), np.arange(9), np.arange(9))
+    found = propagate_uncertainty(pads, nine, np.full(9, squared * 10 * AREA)).place
+    assert found**2 == pytest.approx(variance * AREA, rel=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -84,7 +84,7 @@ def test_a_links_hull_holds_link_and_skin():
     for patch in skin.patches:
         solid = solids[int(model.geom(f"tactile-maps/skin {patch.link}").id)]
         local = solid.pose.inverse.points(patch.surface.vertices)
-        assert solid.shape.distance(local).max() < 1e-6
+        assert solid.shape.distance(local).max() < 5e-6, "a hull leaves out corners of that height"
         assert solid.by == patch.link
     for geom in range(model.ngeom):
         assert solids[geom] is solids[geom]

@@ -93,6 +93,11 @@ a^½) and as much for the few quadrature points of a pad; where pads are unknown
 pad in the area, the deviation is F (0.29² n^-2.5 exp(-3.6 u) + 7 s² / a n^-2)^½. Of one or two pads, n < 2, 95 % of the
 development set are within (1 - u) F.
 
+The pressure of a line or a face ends at an edge, so that its spectrum falls more slowly: 0.5 n^-0.75 instead of
+0.29 n^-1.25 (boxes of 16 to 44 mm on four skins). Such a contact presses its pads more evenly: sum p_i² over the
+largest p_i times sum p_i is 2/3 for a paraboloid, 4/5 for a parabolic line and 1 for a face, and the factor is
+interpolated between the first two.
+
 One pad alone says little: of contacts anywhere within its reach, whose radius is anything up to half of min(h, 16 mm),
 P(F / reading < x) = 1 - 0.27 v / x, v = min((16 mm / h)², 1), so that 95 % are below 5.4 v. Narrow contacts, whose
 force is less than the reading, are at most F off, and 68 % are less than 1 - 0.42 v + 0.17 v² off (a fit within 0.01).
@@ -112,7 +117,8 @@ speed of the contact times the lag, and the position within a taxel's area:
     cells    a / 6 (0.7 exp(-1.5 (n - 1)) + 0.15 n^-3 + 0.045 / n): a lump anywhere in one square is about a / 6, a
              wide contact less
     pads     v a / 8 n^-2, at depth d at least 0.22 exp(-0.75 n) a min(max((a / d² - 6) / 12, 0), 1), and sum w_i² s_i²
-             for pads that are displaced by s_i from the taxels' places
+             for pads that are displaced by s_i from the taxels' places; at least a / 12 n^-½ for a face, whose edges
+             are each anywhere in a pitch and differ from row to row, and a / 7 for a line
 
 Of cells, these are root mean squares over round contacts of all sizes (paraboloids of pressure with radii of
 0.03 to 2.5 pitches) on a hexagonal lattice whose taxels are displaced by 0 to 15 % of the pitch; of pads, they are
@@ -169,6 +175,9 @@ _ROUND = 4 / (9 * math.pi)
 """Mean squared distance from the centre of a paraboloid of pressure, per effective number of taxels and area."""
 _LONG = 1.3, 2.0
 """Multiples of that above which a contact is in part, and as a whole, counted as a line."""
+_ROUND_EVEN = 2 / 3
+_LINE_EVEN = 4 / 5
+"""Mean pressure, weighted by itself, over the largest, of a paraboloid and of a parabolic line; 1 for an even face."""
 _ALIKE = 0.8
 """Mean product of two errors that have the same sign, per product of their uncertainties."""
 _FURTHER = 4 / 3
@@ -365,16 +374,17 @@ def propagate_uncertainty(
         widths["sampling"] = Widths(turning * errors.lag * rate, 2 * errors.lag * rate)
         moved = errors.lag**2 * max(dot(motion.velocity, motion.velocity) - _OF_NOISE * shaken / motion.period**2, 0.0)
     area = dot(forces, areas) / total
+    wide = dot(forces, squared) / (total * _ROUND * effective * area)
+    long = min(max((wide - _LONG[0]) / (_LONG[1] - _LONG[0]), 0.0), 1.0)
     if effects.area_averaging is not None:
-        inner = area * _within_pads(errors, effective, area)
+        inner = _within_pads(errors, effective, area, _edged(readings), long)
         if errors.displaced is not None:
             place += dot(forces * forces, errors.displaced.take(readings.taxels))
     else:
         spread = effective * (1 - effects.crosstalk.share) ** 2 if effects.crosstalk else effective
-        inner = area / 6 * (0.7 * math.exp(-1.5 * (spread - 1)) + 0.15 * spread**-3 + 0.045 / spread)
-        wide = dot(forces, squared) / (total * _ROUND * effective * area)
-        inner += area / (24 * effective) * min(max((wide - _LONG[0]) / (_LONG[1] - _LONG[0]), 0.0), 1.0)
-    place = place / total**2 + max(inner, 0.0) + moved
+        inner = (0.7 * math.exp(-1.5 * (spread - 1)) + 0.15 * spread**-3 + 0.045 / spread) / 6
+        inner += long / (24 * effective)
+    place = place / total**2 + max(inner, 0.0) * area + moved
     parts = {name: width.standard for name, width in widths.items()}
     limits = {name: width.limit for name, width in widths.items()}
     return Uncertainty(math.sqrt(place), combine_parts(parts), parts, limits)
@@ -488,7 +498,7 @@ def _add_systematic(
         displaced = 0.09**2 * area
         if errors.displaced is not None:
             displaced = 0.07**2 * area + dot(forces, errors.displaced.take(readings.taxels)) / total
-        between = _between_pads(errors, effective, area, displaced)
+        between = _between_pads(errors, effective, area, displaced, _edged(readings))
         widths["area_averaging"] = Widths(total * between.standard, total * between.limit)
     if effects.crosstalk is not None:
         share = effects.crosstalk.share
@@ -530,11 +540,21 @@ def _add_systematic(
     return place
 
 
-def _between_pads(errors: SensorUncertainty, effective: float, area: float, displaced: float) -> Widths:
-    """Return the relative widths of a force that pads with squared displacement [m²] sample."""
+def _edged(readings: Readings) -> float:
+    """Return how much a contact resembles a line or a face, whose pressure ends at an edge, from 0 to 1."""
+    pressures = readings.forces.take(readings.inside) / readings.areas.take(readings.inside)
+    even = dot(pressures, pressures) / float(pressures.max() * pressures.sum())
+    return min(max((even - _ROUND_EVEN) / (_LINE_EVEN - _ROUND_EVEN), 0.0), 1.0)
+
+
+def _between_pads(errors: SensorUncertainty, effective: float, area: float, displaced: float, edged: float) -> Widths:
+    """Return the relative widths of a force that pads with squared displacement [m²] sample; see ``_edged``."""
     assert errors.effects.area_averaging is not None
     share = math.pi * errors.effects.area_averaging.radius**2 / area
-    sampled = math.hypot(0.29 * effective**-1.25 * math.exp(-1.8 * share), math.sqrt(7 * displaced / area) / effective)
+    spectrum = 0.29 * effective**-1.25
+    if not errors.depth:
+        spectrum += edged * (0.5 * effective**-0.75 - spectrum)
+    sampled = math.hypot(spectrum * math.exp(-1.8 * share), math.sqrt(7 * displaced / area) / effective)
     depths = area / errors.depth**2 if errors.depth else 0.0
     if effective < 1.1 and depths:
         return Widths(
@@ -549,12 +569,13 @@ def _between_pads(errors: SensorUncertainty, effective: float, area: float, disp
     return Widths(max(sampled, min(0.00117 * deep, 0.08) * deep), limit)
 
 
-def _within_pads(errors: SensorUncertainty, effective: float, area: float) -> float:
-    """Return the variance of the place of a contact that pads feel, in areas of a taxel."""
+def _within_pads(errors: SensorUncertainty, effective: float, area: float, edged: float, long: float) -> float:
+    """Return the variance of the place of a contact that pads feel, in areas of a taxel; see ``_edged``."""
     wide = 1.0 if errors.lumps else _width(area)
     depths = area / errors.depth**2 if errors.depth else 0.0
     tails = 0.22 * math.exp(-0.75 * effective) * min(max((depths - 6) / 12, 0.0), 1.0)
-    return max(wide / 8 * effective**-2, tails)
+    edges = edged * ((1 - long) / 12 * effective**-0.5 + long / 7) if effective > 1.1 and not errors.depth else 0.0
+    return max(wide / 8 * effective**-2, tails, edges)
 
 
 def _peak_share(errors: SensorUncertainty, area: float) -> float:
