@@ -396,6 +396,14 @@ def test_arrays_of_other_programs_need_no_header():
         unpack_arrays(buffer.getvalue(), error=SkinError)
 
 
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-8-sig", "utf-8"])
+def test_text_is_read_in_its_encoding(tmp_path, encoding):
+    """Excel saves "Unicode text" as UTF-16 with a mark."""
+    path = tmp_path / "file"
+    path.write_bytes("x\tÅ\n".encode(encoding))
+    assert read_bounded_text(path, error=SkinError) == "x\tÅ\n"
+
+
 def test_text_is_read_completely_up_to_the_limit(tmp_path):
     path = tmp_path / "file"
     path.write_bytes(b"\xef\xbb\xbfx\xff")

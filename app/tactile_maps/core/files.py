@@ -11,6 +11,7 @@ open them. They are not trusted: pickles, decompression bombs and wrong sizes ar
 
 from __future__ import annotations
 
+import codecs
 import errno
 import io
 import json
@@ -136,12 +137,18 @@ def read_bounded_file(path: Path, *, error: type[TactileMapsError], most: int = 
 
 
 def read_bounded_text(path: Path, *, error: type[TactileMapsError], most: int = MAX_FILE_BYTES) -> str:
-    """Return the content of a file as text; bytes that are not UTF-8 become the replacement character.
+    """Return the content of a file as text; bytes that are not in its encoding become the replacement character.
 
     Raises:
         TactileMapsError: Same as for ``read_bounded_file``.
     """
-    return read_bounded_file(path, error=error, most=most).decode("utf-8-sig", errors="replace")
+    data = read_bounded_file(path, error=error, most=most)
+    return data.decode(text_encoding(data), errors="replace")
+
+
+def text_encoding(start: bytes) -> str:
+    """Return the encoding of text that begins with these bytes: UTF-16 if they mark it, as in text from Excel."""
+    return "utf-16" if start.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)) else "utf-8-sig"
 
 
 _NEW: ContextVar[frozenset[Path] | None] = ContextVar("files that must be new, None outside commands", default=None)

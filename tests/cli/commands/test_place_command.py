@@ -118,12 +118,31 @@ def test_touches_at_known_places_correct_the_file(stated, tmp_path, capsys):
     log.write_text("\n".join(lines))
     assert error(stated) > 0.5
     assert main(["place", stated, "--touches", str(log), "-o", str(target)]) == 0
-    text = capsys.readouterr().out
+    text, warnings = capsys.readouterr()
+    assert not warnings
     assert "40 touches" in text
     assert "largest standard error of a taxel" in text
     assert error(target) < 0.2
     (taxels,) = read_taxel_sets(target)
     assert (taxels.normals * NORMALS).sum(axis=1).min() > np.cos(np.radians(3))
+
+
+def test_rows_on_other_links_are_stated(stated, tmp_path, capsys):
+    places, readings = touch_readings(12)
+    links = ["bowl"] * 10 + ["bowll", "cup"]
+    log = tmp_path / "touches.csv"
+    lines = [
+        "link,x_mm,y_mm,z_mm," + ",".join(str(100 + taxel) for taxel in range(99)),
+        "bowl,,,," + ",".join(99 * "0"),
+    ]
+    lines += [
+        ",".join(map(str, (link, *1e3 * place, *row))) for link, place, row in zip(links, places, readings, strict=True)
+    ]
+    log.write_text("\n".join(lines))
+    assert main(["place", stated, "--touches", str(log)]) == 0
+    text, warnings = capsys.readouterr()
+    assert "10 touches" in text
+    assert f"touches.csv: rows on bowll, cup are left out: no taxels in {stated}" in warnings
 
 
 def test_trajectory_and_readings_of_the_same_clock_correct_the_file(stated, tmp_path, capsys):

@@ -45,6 +45,13 @@ def test_a_csv_table_with_gaps_and_mistakes(tmp_path):
     assert (last.time, dict(last.joints)) == (0.04, {"elbow": 0.3})
 
 
+def test_table_may_be_utf_16(tmp_path):
+    path = tmp_path / "readings.csv"
+    path.write_bytes("time,14.3,joint:Schulter außen\n0,2,0.1\n".encode("utf-16"))
+    (reading,) = rows(path, read_table)
+    assert (reading.values.tolist(), dict(reading.joints)) == ([2.0], {"Schulter außen": 0.1})
+
+
 def test_columns_may_be_modules_and_channels(tmp_path):
     path = tmp_path / "readings.csv"
     path.write_text("14.3,time,14.10\n1,0,2\n")

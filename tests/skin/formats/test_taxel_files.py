@@ -14,6 +14,13 @@ from tests.support.example_taxels import dome
 from tests.support.surfaces import frustum, named, skin_of
 
 
+def test_table_without_a_suffix_may_be_utf_16(tmp_path):
+    path = tmp_path / "taxels"
+    path.write_bytes("x\ty\tz\n0.1\t0.2\t0.3\n".encode("utf-16"))
+    (taxels,) = read_taxel_sets(path)
+    assert taxels.positions.tolist() == [[0.1, 0.2, 0.3]]
+
+
 @pytest.mark.parametrize("ending", [".txt", ".csv", ".npz", ".json", ".urdf"])
 @pytest.mark.parametrize("named", [True, False])
 def test_format_follows_from_suffix_or_content(tmp_path, ending, named):

@@ -31,6 +31,8 @@ def table(tmp_path):
 def test_written_tables_are_read_unchanged(tmp_path, table):
     assert list(table.rows) == ROWS
     assert (table.case_columns, table.measures) == (["robot", "level"], ["seconds", "level"])
+    (tmp_path / "mine.csv").write_bytes(csv_table(ROWS).decode().encode("utf-16"))
+    assert list(read_study_table(tmp_path / "mine.csv").rows) == ROWS
     pytest.importorskip("pyarrow")
     (tmp_path / "mine.parquet").write_bytes(parquet_table(ROWS))
     assert list(read_study_table(tmp_path / "mine.parquet").rows) == ROWS

@@ -18,7 +18,7 @@ from tactile_maps.core.errors import SkinError, UsageError
 from tactile_maps.core.file_kinds import FileKind
 from tactile_maps.geometry.surface.mesh import Mesh
 from tactile_maps.geometry.surface.pose import Pose
-from tactile_maps.live.calibration.touch_log import read_touch_log
+from tactile_maps.live.calibration.touch_log import TouchLog, read_touch_log
 from tactile_maps.robots.library import load_robot
 from tactile_maps.robots.model.robot import Robot
 from tactile_maps.skin.fitting.alignment import Alignment, align_to_mesh, align_to_touches, touch_centres
@@ -65,11 +65,17 @@ def execute(arguments: argparse.Namespace) -> int:
     placed: list[_Placed] = []
     result: list[TaxelSet] = []
     pictures: dict[str, bytes] = {}
+    elsewhere: dict[str, None] = {}
     for number, stated in enumerate(sets):
         progress("Placing taxels", number / len(sets))
         taxels = stated if robot is None else _in_link_frame(robot, stated, arguments.link, Path(arguments.input))
         groups = _groups(taxels, arguments)
-        found = _by_touches(arguments, taxels, robot) if touched else _by_mesh(robot, taxels, groups, arguments.seed)
+        if touched:
+            log = _touch_log(arguments, taxels, robot)
+            elsewhere |= dict.fromkeys(log.elsewhere)
+            found = _by_touches(arguments, taxels, log)
+        else:
+            found = _by_mesh(robot, taxels, groups, arguments.seed)
         poses = [(rows, alignment.pose) for rows, alignment in zip(groups.values(), found, strict=True)]
         moved = _displaced(taxels, poses)
         away = np.linalg.norm(moved.positions - taxels.positions, axis=1)
@@ -82,6 +88,8 @@ def execute(arguments: argparse.Namespace) -> int:
             name = f"Residuals on {moved.link}"
             pictures[name] = residual_picture(_mesh(robot, moved), taxels.positions, moved.positions)
     progress("", 1.0)
+    if others := [link for link in elsewhere if link not in {taxels.link for taxels in result}]:
+        print_warning(f"{arguments.touches}: rows on {', '.join(others)} are left out: no taxels in {arguments.input}")
     if arguments.output:
         write_taxels(result, arguments.output)
     _report(arguments, placed, pictures)
@@ -135,8 +143,13 @@ def _by_mesh(robot: Robot | None, taxels: TaxelSet, groups: Mapping[str, IntArra
     ]
 
 
-def _by_touches(arguments: argparse.Namespace, taxels: TaxelSet, robot: Robot | None) -> list[Alignment]:
-    log = read_touch_log(arguments.touches, taxels, robot=robot, readings=arguments.readings, changes=arguments.changes)
+def _touch_log(arguments: argparse.Namespace, taxels: TaxelSet, robot: Robot | None) -> TouchLog:
+    return read_touch_log(
+        arguments.touches, taxels, robot=robot, readings=arguments.readings, changes=arguments.changes
+    )
+
+
+def _by_touches(arguments: argparse.Namespace, taxels: TaxelSet, log: TouchLog) -> list[Alignment]:
     found = []
     for name, rows in _groups(taxels, arguments).items():
         centres, there = touch_centres(taxels.positions[rows], log.changes[:, rows], noise=log.noise[rows])

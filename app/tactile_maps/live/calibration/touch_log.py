@@ -48,11 +48,13 @@ class TouchLog(ArrayFields, places=3):
         changes: (t, n) changes of the readings from the untouched skin, positive under pressure; NaN for taxels that
             did not report.
         noise: (n,) changes that noise may cause.
+        elsewhere: Names of other links in the table, each once. Their rows are left out.
     """
 
     places: FloatArray
     changes: FloatArray
     noise: FloatArray
+    elsewhere: tuple[str, ...] = ()
 
 
 def read_touch_log(
@@ -78,12 +80,16 @@ def read_touch_log(
     """
     file = Path(path)
     (_, header), *rows = read_cells(file)
-    places = _places(header, rows, file, taxels)
+    places = _places(header, rows, file)
+    elsewhere = _elsewhere(header, rows, taxels.link)
+    places[[name != "" for name in elsewhere]] = np.nan
     if robot is not None:
         places = _on_touched_link(file, header, rows, places, taxels, robot)
     elif _TOUCHING in (word.lower() for word in header):
         remedy = "Name the robot that touches itself (--robot)"
         raise LiveError("the place of a touching link needs a robot", file=file, place="header", remedy=remedy)
+    kept = [at for at, name in enumerate(elsewhere) if not name]
+    rows, places = [rows[at] for at in kept], places[kept]
     if readings is not None:
         places, values = _along_trajectory(file, header, rows, places, Path(readings), taxels)
     else:
@@ -102,13 +108,20 @@ def read_touch_log(
     )
     change = values[touched] - mean
     sign = -1.0 if np.nansum(np.where(np.abs(change) > _NOISE * spread, change, 0.0)) < 0 else 1.0
-    return TouchLog(places[touched], sign * change, _NOISE * spread)
+    return TouchLog(places[touched], sign * change, _NOISE * spread, tuple(dict.fromkeys(filter(None, elsewhere))))
 
 
-def _places(
-    header: Sequence[str], rows: Sequence[tuple[int, Sequence[str]]], path: Path, taxels: TaxelSet
-) -> FloatArray:
-    """Return the places (rows, 3) [m]; NaN for rows without one, and for those of another link."""
+def _elsewhere(header: Sequence[str], rows: Sequence[tuple[int, Sequence[str]]], link: str | None) -> list[str]:
+    """Return the link of each row that is on another link than this, and an empty text for the others."""
+    names = [word.lower() for word in header]
+    if "link" not in names or link is None:
+        return [""] * len(rows)
+    named = [cells[names.index("link")] for _, cells in rows]
+    return ["" if name == link else name for name in named]
+
+
+def _places(header: Sequence[str], rows: Sequence[tuple[int, Sequence[str]]], path: Path) -> FloatArray:
+    """Return the places (rows, 3) [m]; NaN for rows without one."""
     found = {
         match[1]: (at, match[2]) for at, word in enumerate(header) if (match := PLACE_COLUMN.fullmatch(word.lower()))
     }
@@ -119,12 +132,7 @@ def _places(
     places = np.array(
         [[decimal_number(cells[at], path, line, header[at]) for at, _ in columns] for line, cells in rows]
     )
-    names = [word.lower() for word in header]
-    places = places.reshape(-1, 3) * [1e-3 if unit == "mm" else 1.0 for _, unit in columns]
-    if "link" in names and taxels.link is not None:
-        other = np.array([cells[names.index("link")] not in ("", taxels.link) for _, cells in rows])
-        places[other] = np.nan
-    return np.asarray(places)
+    return np.asarray(places.reshape(-1, 3) * [1e-3 if unit == "mm" else 1.0 for _, unit in columns])
 
 
 def _on_touched_link(

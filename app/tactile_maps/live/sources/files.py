@@ -22,6 +22,7 @@ import numpy as np
 
 from tactile_maps.core.arrays import FloatArray, IntArray, readonly
 from tactile_maps.core.errors import LiveError, install_line
+from tactile_maps.core.files import text_encoding
 from tactile_maps.live.readings.readings import (
     COMPONENTS,
     MalformedReadingError,
@@ -353,7 +354,9 @@ def read_table(path: Path) -> Iterator[Item]:
 
 def _read_csv(path: Path) -> Iterator[Item]:
     try:
-        with path.open(newline="", encoding="utf-8-sig") as stream:
+        with path.open("rb") as file:
+            encoding = text_encoding(file.read(2))
+        with path.open(newline="", encoding=encoding) as stream:
             unit = Unit.COUNTS
             component = None
             line = stream.readline()

@@ -17,7 +17,7 @@ import numpy as np
 from tactile_maps.core.arrays import FloatArray
 from tactile_maps.core.errors import SkinError, errors_in_file
 from tactile_maps.core.file_kinds import ALL_SUFFIXES, FileKind
-from tactile_maps.core.files import open_regular_file, read_bounded_file
+from tactile_maps.core.files import open_regular_file, read_bounded_file, text_encoding
 from tactile_maps.core.plugins import Plugin, Registry, guard_call
 from tactile_maps.skin.formats.csv_table import read_table, write_table
 from tactile_maps.skin.formats.icub.layout import flat_taxels, read_icub_layout
@@ -143,7 +143,7 @@ def _by_content(path: Path) -> Callable[[Path], tuple[TaxelSet, ...]]:
         return _unige
     if start.startswith(b"<"):
         return read_urdf_taxels
-    lines = start.decode("utf-8-sig", errors="replace").lower().splitlines()
+    lines = start.decode(text_encoding(start), errors="replace").lower().splitlines()
     first = next((line for line in lines if line.strip() and not line.lstrip().startswith(("#", "//"))), "")
     if {"x", "y", "z"} <= {_COLUMN_UNIT.sub("", name.strip()) for name in first.split("\t")}:
         return read_table

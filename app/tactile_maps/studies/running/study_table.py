@@ -19,7 +19,7 @@ from statistics import median
 
 from tactile_maps.core.errors import UsageError, install_line
 from tactile_maps.core.file_kinds import FileKind
-from tactile_maps.core.files import read_bounded_file
+from tactile_maps.core.files import read_bounded_file, text_encoding
 from tactile_maps.studies.base.hypotheses import Interval, bootstrap_median
 from tactile_maps.studies.base.rows import Cell, Row, number
 from tactile_maps.studies.running.tables import columns
@@ -177,7 +177,7 @@ def read_study_table(path: str | Path) -> StudyTable:
 
 def _csv_rows(path: Path, data: bytes) -> list[Row]:
     try:
-        lines = list(csv.reader(io.StringIO(data.decode("utf-8-sig"), newline=""), strict=True))
+        lines = list(csv.reader(io.StringIO(data.decode(text_encoding(data)), newline=""), strict=True))
     except (UnicodeDecodeError, csv.Error) as error:
         raise UsageError("not a CSV file", file=path, value=error, remedy=_REMEDY) from error
     head = lines[0] if lines else []
