@@ -13,7 +13,7 @@ from tactile_maps.contacts.events import STICKS
 from tactile_maps.contacts.pipeline import read_contacts
 from tactile_maps.maps.model.taxel_frames import taxel_frames
 from tactile_maps.scene.scene_file import load_scene
-from tactile_maps.session.prepare import prepare
+from tactile_maps.session.prepared_cache import prepare_cached
 from tactile_maps.session.session import Session
 from tests.support.references import unrolled
 from tests.support.touch import bar_skin
@@ -110,7 +110,7 @@ def test_friction_is_not_measured_from_a_contact_that_rolls():
 @pytest.fixture(scope="module")
 def frames():
     """Frames of the shipped scene until the ball has turned back and stuck."""
-    session = Session(prepare(load_scene("slip")))
+    session = Session(prepare_cached(load_scene("slip")))
     return [session.tick() for _ in range(1010 + round(STICKS / 0.005))]
 
 

@@ -15,7 +15,7 @@ from tactile_maps.control.motion.limits import LimitKind
 from tactile_maps.control.motion.unmeasured_force import _contact_torques
 from tactile_maps.robots.kinematics import Configuration
 from tactile_maps.scene.scene_file import load_scene
-from tactile_maps.session.prepare import prepare
+from tactile_maps.session.prepared_cache import prepare_cached
 from tactile_maps.session.session import Session
 from tactile_maps.tactile.poke import Finger, PokePressed, PokePulled
 from tests.control.contacts import touch
@@ -94,7 +94,7 @@ def test_contacts_that_do_not_oppose_each_other_bear_their_own_forces(way):
 def test_a_pulled_contact_is_held_only_with_the_setting(friction_use):
     scene = load_scene("slip")
     settings = ControlSettings(controller="hold_force", force_goal=2.0, friction_use=friction_use)
-    session = Session(prepare(replace(scene, objects=(), control={})), settings=settings)
+    session = Session(prepare_cached(replace(scene, objects=(), control={})), settings=settings)
     skin = session.prepared.skin
     places = skin.patches[0].taxels.positions
     outward = skin.patches[0].taxels.normals
@@ -114,7 +114,7 @@ def test_a_pulled_contact_is_held_only_with_the_setting(friction_use):
 def test_block_between_two_fingers_is_lifted_only_with_the_setting(friction_use):
     scene = load_scene("carry")
     settings = replace(settings_from(scene.control), friction_use=friction_use)
-    frame = Session(prepare(scene), settings=settings).run_for(4.0)
+    frame = Session(prepare_cached(scene), settings=settings).run_for(4.0)
     assert frame.posture[0] > 0.02, "the hand has risen"
     table_to_block = frame.objects[2][2, 3] - 0.105
     assert (table_to_block > 0.02) == (friction_use < 1)
@@ -126,7 +126,7 @@ def test_block_between_two_fingers_is_lifted_only_with_the_setting(friction_use)
 
 def test_measured_shear_explains_the_torques_of_a_dragged_contact():
     scene = load_scene("slip")
-    prepared = prepare(replace(scene, objects=(), control={}))
+    prepared = prepare_cached(replace(scene, objects=(), control={}))
     session = Session(prepared, settings=ControlSettings(controller="hold_force", force_goal=3.0))
     skin = prepared.skin
     session.submit(PokePressed(1, skin.taxel_point(300), Finger(speed=0.05)))

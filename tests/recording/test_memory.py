@@ -24,11 +24,11 @@ from tactile_maps.session.prepare import PreparedScene
 from tactile_maps.session.session import Session
 from tests.support.touch import bar, bar_map, bar_skin
 
-SHORT = 500
-LONG = 1300
-TAXELS = 600
+SHORT = 300
+LONG = 780
+TAXELS = 1000
 SHARE = 0.1
-"""Bytes of memory per additional byte of recording. Locations take 32 bytes a frame, of about 5,000 in the file."""
+"""Bytes of memory per additional byte of recording. Locations take 32 bytes a frame, of about 8,000 in the file."""
 
 
 QUICK = ("parquet", "npz")

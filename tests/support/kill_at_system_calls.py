@@ -12,6 +12,7 @@ import os
 import signal
 import sys
 from collections.abc import Callable, Iterator
+from functools import cache
 
 _TRACEME = 0
 _SYSCALL = 24
@@ -93,7 +94,12 @@ def _run_until(act: Callable[[], object], calls: int) -> int:
 
 
 def _ptrace(request: int, process: int, data: int) -> int:
+    return int(_libc_ptrace()(request, process, None, data))
+
+
+@cache
+def _libc_ptrace() -> Callable[..., int]:
     call = ctypes.CDLL(None, use_errno=True).ptrace
     call.argtypes = (ctypes.c_long, ctypes.c_long, ctypes.c_void_p, ctypes.c_void_p)
     call.restype = ctypes.c_long
-    return int(call(request, process, None, data))
+    return call

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import os
 from collections import Counter
 from dataclasses import replace
 from functools import lru_cache
@@ -15,12 +16,15 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 from vtkmodules.vtkRenderingCore import vtkRenderWindow
 
+from tactile_maps.core.caches import content_cache
 from tactile_maps.core.files import FOLDER_VARIABLE
 from tactile_maps.editing.document import MapDocument
 from tactile_maps.maps.image_atlas import AtlasTile, ImageAtlas
 from tactile_maps.maps.model.tactile_image import vertex_weights
+from tactile_maps.scene.scene import Scene
 from tactile_maps.scene.scene_file import load_scene
-from tactile_maps.session.prepare import PreparedScene, prepare
+from tactile_maps.session.prepare import PreparedScene
+from tactile_maps.session.prepared_cache import prepare_cached
 from tactile_widgets.document.map_editor import MapEditor
 from tactile_widgets.jobs.executor import InlineExecutor
 from tactile_widgets.jobs.scene_jobs import SceneJobs
@@ -31,13 +35,21 @@ from tests.widgets.support.samples import coarse
 from tests.widgets.support.window_driver import begin_again, close_window, open_window, window_facts
 
 TAXELS = 150
+RUN_CACHE = os.environ[FOLDER_VARIABLE]
+"""Folder of prepared scenes that all processes of the run share."""
+
+
+def _prepared(scene: Scene) -> PreparedScene:
+    with pytest.MonkeyPatch.context() as patching:
+        patching.setenv(FOLDER_VARIABLE, RUN_CACHE)
+        return prepare_cached(scene)
 
 
 @pytest.fixture(scope="session")
 def small_arm() -> PreparedScene:
-    """The shipped arm with three patches and few taxels. Cost: 3 s."""
+    """The shipped arm with three patches and few taxels. Cost: 3 s, once in a run."""
     scene = load_scene("arm")
-    prepared = prepare(replace(scene, cover=replace(scene.cover, taxels=TAXELS)))
+    prepared = _prepared(replace(scene, cover=replace(scene.cover, taxels=TAXELS)))
     assert len(prepared.skin) == TAXELS
     return prepared
 
@@ -51,15 +63,32 @@ def prepared(small_arm) -> PreparedScene:
 @pytest.fixture(scope="session")
 def coarse_prepared() -> PreparedScene:
     """The same arm with a tenth of the triangles, for tests that measure maps or prepare them in another process."""
-    return prepare(coarse(TAXELS))
+    return _prepared(coarse(TAXELS))
+
+
+def _tile_content(patch, chart, resolution, interpolation="barycentric"):
+    return (
+        chart.faces,
+        chart.plane,
+        patch.surface.vertices,
+        patch.taxels.faces,
+        patch.taxels.weights,
+        resolution,
+        interpolation,
+    )
 
 
 @pytest.fixture(scope="session", autouse=True)
 def shared_weights():
     """Share interpolation weights, which depend only on the map, between windows; they cost 0.2 s for each."""
+    tile_of = content_cache(_tile_content, most=32)(AtlasTile.of)
+
+    def tile(patch, chart, *how):
+        return replace(tile_of(patch, chart, *how), chart=chart)
+
     with pytest.MonkeyPatch.context() as patching:
-        # Patches, charts and maps are hashed by identity.
-        patching.setattr(AtlasTile, "of", lru_cache(maxsize=32)(AtlasTile.of))
+        patching.setattr(AtlasTile, "of", tile)
+        # Maps are hashed by identity.
         patching.setattr(map_view, "ImageAtlas", lru_cache(maxsize=8)(ImageAtlas))
         patching.setattr(skin_actors, "vertex_weights", lru_cache(maxsize=8)(vertex_weights))
         yield
@@ -74,10 +103,10 @@ def shared_cache_unused():
 
 
 @pytest.fixture(scope="module")
-def scene_cache(shared_cache_unused, tmp_path_factory):
-    """Cache prepared scenes in a folder of the module, so that each is prepared once."""
+def scene_cache(shared_cache_unused):
+    """Use scenes that other tests of the run have prepared."""
     with pytest.MonkeyPatch.context() as patching:
-        patching.setenv(FOLDER_VARIABLE, str(tmp_path_factory.mktemp("cache")))
+        patching.setenv(FOLDER_VARIABLE, RUN_CACHE)
         yield
 
 

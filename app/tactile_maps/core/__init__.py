@@ -11,7 +11,7 @@
 ``interrupts``     signals that end the program, deferred while a file is being completed
 ``progress``       reports of progress of long work
 ``timing``         times of stages by the wall clock
-``weak_cache``     values computed once for each object, as long as it lives
+``caches``         results kept as long as an object lives, or for arrays of equal content
 ``plugins``        entry points of other installed packages
 ``reading_units``  units of readings and of their sums
 ``sparse_ldl``     sparse symmetric systems solved by LDL' factorization

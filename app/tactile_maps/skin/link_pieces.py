@@ -351,6 +351,8 @@ _MEASURED = 2000
 """Faces of a link's skin at which the distance of a shape is measured, at most; a quarter of it next to the skin."""
 _INSIDE = 1e-6
 """Distance outside a hull [m] up to which a point counts as in it."""
+_BLOCK = 65_536
+"""Pairs of points and facets that fit in the processor's cache."""
 
 
 def _leaving(facets: FloatArray, points: FloatArray, directions: FloatArray) -> tuple[BoolArray, FloatArray, IntArray]:
@@ -359,11 +361,19 @@ def _leaving(facets: FloatArray, points: FloatArray, directions: FloatArray) -> 
     Returns:
         (n,) whether the point is in the hull, (n,) the distance to the exit [m], (n,) the facet of the exit.
     """
-    slopes = directions @ facets[:, :3].T
-    heights = points @ facets[:, :3].T + facets[:, 3]
-    ways = np.divide(-heights, slopes, out=np.full_like(slopes, np.inf), where=slopes > 1e-9)
-    facet = ways.argmin(axis=1)
-    return heights.max(axis=1) <= _INSIDE, ways[np.arange(len(ways)), facet], facet
+    inside = np.empty(len(points), dtype=bool)
+    ways = np.empty(len(points))
+    facet = np.empty(len(points), dtype=np.int64)
+    step = max(_BLOCK // len(facets), 1)
+    for start in range(0, len(points), step):
+        part = slice(start, start + step)
+        slopes = directions[part] @ facets[:, :3].T
+        heights = points[part] @ facets[:, :3].T + facets[:, 3]
+        exits = np.divide(-heights, slopes, out=np.full_like(slopes, np.inf), where=slopes > 1e-9)
+        inside[part] = heights.max(axis=1) <= _INSIDE
+        facet[part] = exits.argmin(axis=1)
+        ways[part] = exits.min(axis=1)
+    return inside, ways, facet
 
 
 def _touchable(robot: Robot, skin: Skin, link: str) -> tuple[Mesh, FloatArray, float]:

@@ -15,7 +15,7 @@ from tactile_maps.control.motion.map_kinematics import MapKinematics
 from tactile_maps.control.motion.task_priority import TaskContact
 from tactile_maps.robots.kinematics import Configuration
 from tactile_maps.scene.scene_file import load_scene
-from tactile_maps.session.prepare import prepare
+from tactile_maps.session.prepared_cache import prepare_cached
 from tactile_maps.session.session import Session
 from tests.support.limits import kinds
 
@@ -28,7 +28,7 @@ def ball_on_forearm(path):
     """The arm with a ball that is moved along a path [s, m], on a skin that measures shear."""
     scene = load_scene("slip")
     ball = replace(scene.objects[0], path=((0.0, 0.24, 0.08, 0.76), DOWN, *path))
-    return prepare(replace(scene, objects=(ball,), control={}))
+    return prepare_cached(replace(scene, objects=(ball,), control={}))
 
 
 def shear_on_map(prepared, frame):
@@ -74,7 +74,7 @@ def guided(threshold):
     """Way of the forearm [m], mean force of the hand along the skin on it [N], and the last normal force [N]."""
     scene = load_scene("guided_by_hand")
     settings = replace(settings_from(scene.control), shear_threshold=threshold)
-    session = Session(prepare(scene), settings=settings)
+    session = Session(prepare_cached(scene), settings=settings)
     posture = session.run_for(2.0).posture
     frames = [session.tick() for _ in range(round(2.0 / 0.005))]
     start, end = Configuration(session.prepared.robot), Configuration(session.prepared.robot)

@@ -70,6 +70,17 @@ def test_skin_around_the_whole_link_leaves_nothing_bare():
     assert with_bare_points(robot_of(ball), skin) is skin
 
 
+def test_bare_points_follow_a_skin_that_moved():
+    link = box(0.04, 0.04, 0.04)
+    (patch,) = skin_of(plate((-0.01, 0.01), (-0.01, 0.01), 0.02)).patches
+    moved = replace(patch, surface=Mesh(patch.surface.vertices + [0.005, 0.0, 0.0], patch.surface.faces))
+    for surface, middle in ((patch, 0.0), (moved, 0.005)):
+        part = bare_points(link, Skin((surface,)))
+        top = part.normals[:, 2] > 0.9
+        bare = float(part.areas[top] @ part.positions[top, 0])
+        assert bare == pytest.approx(-0.02 * 0.02 * middle, rel=0.01, abs=1e-8), "the whole top is centred"
+
+
 @pytest.mark.long
 def test_links_without_a_mesh_of_their_own_have_no_bare_points():
     skin = skin_of(plate((-0.02, 0.02), (-0.02, 0.02), 0.02))

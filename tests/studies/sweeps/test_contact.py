@@ -70,8 +70,9 @@ def test_row_has_every_quantity_and_a_verdict():
 
 def test_unstable_settings_are_refused_with_a_remedy():
     requested = case("rest", motion="scripted", integrator="euler", timestep_ms=4.0, physics="solver")
-    assert {row["verdict"] for row in measure(requested)} == {"refused"}
-    assert "discrete" in measure(requested)[0]["note"]
+    rows = measure(requested)
+    assert {row["verdict"] for row in rows} == {"refused"}
+    assert "discrete" in rows[0]["note"]
     (row,) = measure(case("impact", physics="foundation", integrator="implicit", timestep_ms=4.0))
     assert row["verdict"] == "refused"
     assert "Use a time step of at most" in row["note"]

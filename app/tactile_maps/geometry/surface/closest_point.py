@@ -6,8 +6,8 @@ import igl
 import numpy as np
 
 from tactile_maps.core.arrays import FloatArray, IntArray
+from tactile_maps.core.caches import weak_cache
 from tactile_maps.core.errors import MeshError
-from tactile_maps.core.weak_cache import weak_cache
 from tactile_maps.geometry.surface.mesh import Mesh
 
 _FLAT = 1e-13  # squared sine of the angle below which a triangle is a line

@@ -15,8 +15,8 @@ import numpy as np
 from igl.embree import EmbreeIntersector, line_mesh_intersection
 
 from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray
+from tactile_maps.core.caches import weak_cache
 from tactile_maps.core.errors import MeshError
-from tactile_maps.core.weak_cache import weak_cache
 from tactile_maps.geometry.surface.closest_point import barycentric
 from tactile_maps.geometry.surface.connectivity import Connectivity
 from tactile_maps.geometry.surface.mesh import Mesh

@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from tactile_maps.core.arrays import FloatArray, readonly
-from tactile_maps.core.weak_cache import weak_cache
+from tactile_maps.core.caches import weak_cache
 from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.skin.model.taxel_axes import tangents_on, unit_rows
 

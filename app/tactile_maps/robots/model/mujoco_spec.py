@@ -13,6 +13,7 @@ import mujoco
 import numpy as np
 
 from tactile_maps.core.arrays import FloatArray
+from tactile_maps.core.caches import weak_cache
 from tactile_maps.core.errors import Finding, RobotError
 from tactile_maps.robots.files.model_limits import check_amounts, check_contents
 from tactile_maps.robots.files.safe_files import parse_xml
@@ -36,8 +37,13 @@ def robot_spec(robot: Robot) -> mujoco.MjSpec:
     Raises:
         RobotError: MuJoCo cannot read the robot's text, or it uses a reserved name.
 
-    Cost: about 3 ms; compiling is what takes time.
+    Cost: about 5 ms, later 0.1 ms; compiling is what takes time.
     """
+    return _parsed_robot(robot).copy()
+
+
+@weak_cache
+def _parsed_robot(robot: Robot) -> mujoco.MjSpec:
     spec = parse_spec(robot.mjcf, robot.assets, source=robot.source)
     settings = spec.compiler
     settings.degree = False

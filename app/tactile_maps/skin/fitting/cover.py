@@ -17,9 +17,9 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from tactile_maps.core.arrays import FloatArray
+from tactile_maps.core.caches import weak_cache
 from tactile_maps.core.errors import Finding, SkinError, check_names
 from tactile_maps.core.progress import Progress, no_progress
-from tactile_maps.core.weak_cache import weak_cache
 from tactile_maps.geometry.remesh.repair import clean_mesh
 from tactile_maps.geometry.remesh.wrap import coarsest_voxel, wrap_mesh
 from tactile_maps.geometry.surface.mesh import Mesh

@@ -11,6 +11,7 @@ body can reach are left out:
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import lru_cache
 
@@ -18,6 +19,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray
+from tactile_maps.core.caches import content_cache
 from tactile_maps.geometry.remesh.refine import subdivide
 from tactile_maps.geometry.surface.closest_point import ClosestPoint, closest_point
 from tactile_maps.geometry.surface.mesh import Mesh, join_meshes
@@ -33,6 +35,8 @@ _MISFIT = 0.01
 """Height of mesh above skin [m] up to which the mesh counts as covered."""
 _DEEPEST = 0.03
 """Depth of mesh below skin [m] up to which the mesh counts as covered; what is deeper may face a gap under the skin."""
+_MOST_LINKS = 64
+"""Links whose points are kept: those of scenes that may be opened again, and of edits that may be undone."""
 _COARSENESS = 4
 _NEAR = 1.4
 """Faces of ``_COARSENESS`` spacings are halved where the border is nearer than ``_NEAR`` times their size."""
@@ -54,10 +58,15 @@ def with_bare_points(robot: Robot, skin: Skin) -> Skin:
 
     A link without a mesh, or with a placeholder for a missing mesh, has none beyond those of its patches.
 
-    Cost: 0.35 s of one core for 1,000 taxels on three links of an arm; once for a robot and its skin.
+    Cost: 0.35 s of one core for 1,000 taxels on three links of an arm; once for each link and its skin.
     """
     links = dict.fromkeys(patch.link for patch in skin.patches)
-    parts = [*map(_unread_faces, skin.patches), *(_bare_points(robot, skin, link) for link in links)]
+    parts = list(map(_unread_faces, skin.patches))
+    for name in links:
+        link = robot.link(name)
+        patches = [patch for patch in skin.patches if patch.link == name]
+        if link.mesh is not None and not link.missing and link.mesh.area > 0:
+            parts.append(BarePoints(name, *_bare_points(link.mesh, patches)))
     bare = tuple(part for part in parts if len(part.areas))
     return replace(skin, bare_points=bare) if bare else skin
 
@@ -76,26 +85,34 @@ def _unread_faces(patch: Patch) -> BarePoints:
     )
 
 
-def _bare_points(robot: Robot, skin: Skin, link: str) -> BarePoints:
-    carrier = robot.link(link)
-    patches = [patch for patch in skin.patches if patch.link == link]
+def _content(mesh: Mesh, patches: Sequence[Patch]) -> Iterator[FloatArray | IntArray]:
+    for surface in (mesh, *(patch.surface for patch in patches)):
+        yield surface.vertices
+        yield surface.faces
+    for patch in patches:
+        yield patch.taxels.quadrature.areas
+
+
+@content_cache(_content, most=_MOST_LINKS)
+def _bare_points(mesh: Mesh, patches: Sequence[Patch]) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return points (k, 3), outward normals (k, 3) and areas (k,) of the bare part of a link with these patches."""
     areas = np.concatenate([patch.taxels.quadrature.areas for patch in patches])
-    none = BarePoints(link, np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0))
-    if carrier.mesh is None or carrier.missing or carrier.mesh.area == 0 or not len(areas):
+    none = np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0)
+    if not len(areas):
         return none
-    spacing = max(float(np.sqrt(np.median(areas))), float(np.sqrt(carrier.mesh.area / _MOST_POINTS)))
+    spacing = max(float(np.sqrt(np.median(areas))), float(np.sqrt(mesh.area / _MOST_POINTS)))
     cover = _Cover([patch.surface for patch in patches])
-    centres, normals, face_areas = _bare_faces(carrier.mesh, cover, spacing)
+    centres, normals, face_areas = _bare_faces(mesh, cover, spacing)
     if not len(centres):
         return none
     group, largest = _grouped(centres, normals, face_areas, spacing)
-    seen = seen_from_outside(join_meshes([carrier.mesh, *cover.surfaces]), centres[largest], normals[largest])
+    seen = seen_from_outside(join_meshes([mesh, *cover.surfaces]), centres[largest], normals[largest])
     total = np.bincount(group, face_areas).astype(np.float64)
     middles, outward = (
         sums_by_label(group, face_areas[:, None] * rows) / total[:, None] for rows in (centres, normals)
     )
     outward /= np.linalg.norm(outward, axis=1, keepdims=True)
-    return BarePoints(link, middles[seen], outward[seen], total[seen])
+    return middles[seen], outward[seen], total[seen]
 
 
 def _bare_faces(mesh: Mesh, cover: _Cover, spacing: float) -> tuple[FloatArray, FloatArray, FloatArray]:

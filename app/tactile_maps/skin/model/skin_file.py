@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_maps.core.caches import weak_cache
 from tactile_maps.core.errors import Finding, MeshError, SkinError, errors_in_file
 from tactile_maps.core.files import (
     MAX_UNPACKED_BYTES,
@@ -65,6 +66,7 @@ def load_skin(path: str | Path) -> Skin:
     return skin_from_bytes(read_bounded_file(Path(path), error=SkinError, most=MAX_UNPACKED_BYTES), file=path)
 
 
+@weak_cache
 def skin_to_bytes(skin: Skin) -> bytes:
     """Return ``skin`` in the format of the file; equal skins give equal bytes."""
     arrays: dict[str, NDArray[Any]] = {}

@@ -17,8 +17,8 @@ from typing import NamedTuple
 import numpy as np
 
 from tactile_maps.core.arrays import FloatArray, IntArray
+from tactile_maps.core.caches import weak_cache
 from tactile_maps.core.errors import SimulationError
-from tactile_maps.core.weak_cache import weak_cache
 from tactile_maps.skin.model.skin import Skin
 from tactile_maps.tactile.mechanics.loads import Load, Sphere
 from tactile_maps.tactile.mechanics.receptive_field import load_points, points_of_link, quadrature_points

@@ -13,8 +13,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from tactile_maps.core.arrays import ArrayFields, FloatArray, IntArray
+from tactile_maps.core.caches import weak_cache
 from tactile_maps.core.errors import Finding, SimulationError, places_finding
-from tactile_maps.core.weak_cache import weak_cache
 from tactile_maps.skin.model.skin import Quadrature, Skin, Taxels
 
 _SPARSE = 0.2

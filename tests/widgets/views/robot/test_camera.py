@@ -15,6 +15,7 @@ from tactile_widgets.views.robot.actors.camera import Viewpoint, framing, orbit,
 from tactile_widgets.views.robot.actors.opening_view import DEFAULT_DIRECTION, initial_direction, places_of_interest
 from tests.support.touch import arm
 
+pytestmark = pytest.mark.usefixtures("scene_cache")
 SIZE = (900, 700)
 
 

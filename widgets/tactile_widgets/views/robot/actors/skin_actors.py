@@ -15,7 +15,7 @@ import pyvista as pv
 from scipy.sparse import csr_matrix
 
 from tactile_maps.core.arrays import FloatArray, IntArray
-from tactile_maps.core.weak_cache import weak_cache
+from tactile_maps.core.caches import weak_cache
 from tactile_maps.geometry.surface.mesh import Mesh, SurfacePoint
 from tactile_maps.maps.model.tactile_image import vertex_weights
 from tactile_maps.maps.model.tactile_map import TactileMap
