@@ -21,6 +21,7 @@ from tactile_maps.core.files import FOLDER_VARIABLE
 from tactile_maps.editing.document import MapDocument
 from tactile_maps.maps.image_atlas import AtlasTile, ImageAtlas
 from tactile_maps.maps.model.tactile_image import vertex_weights
+from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.scene.scene import Scene
 from tactile_maps.scene.scene_file import load_scene
 from tactile_maps.session.prepare import PreparedScene
@@ -78,6 +79,15 @@ def _tile_content(patch, chart, resolution, interpolation="barycentric"):
     )
 
 
+def _shared_atlas(map_, *, known=None, look):
+    return _atlas_of(map_.skin, map_.charts, map_.layout, known, look)
+
+
+@lru_cache(maxsize=8)
+def _atlas_of(skin, charts, layout, known, look):
+    return ImageAtlas(TactileMap(skin, charts, layout), known=known, look=look)
+
+
 @pytest.fixture(scope="session", autouse=True)
 def shared_weights():
     """Share interpolation weights, which depend only on the map, between windows; they cost 0.2 s for each."""
@@ -88,8 +98,7 @@ def shared_weights():
 
     with pytest.MonkeyPatch.context() as patching:
         patching.setattr(AtlasTile, "of", tile)
-        # Maps are hashed by identity.
-        patching.setattr(map_view, "ImageAtlas", lru_cache(maxsize=8)(ImageAtlas))
+        patching.setattr(map_view, "ImageAtlas", _shared_atlas)
         patching.setattr(skin_actors, "vertex_weights", lru_cache(maxsize=8)(vertex_weights))
         yield
 

@@ -176,11 +176,16 @@ class Bench:
         """The patches are selected, and each has a size and a place of its own."""
         self.live()
         self.ask("arrange")
-        document = self.window.editor.document
-        for number in range(len(document.patches)):
-            self.window.editor.do("Move", partial(move, numbers=[number], by=(0.01 * number, 0.02 * number)))
-            self.window.editor.do("Scale", partial(scale, numbers=[number], factor=1.1 + 0.1 * number))
-        self.window.editor.select(range(len(document.patches)))
+        numbers = range(len(self.window.editor.document.patches))
+
+        def spread(document):
+            for number in numbers:
+                document = move(document, [number], (0.01 * number, 0.02 * number))
+                document = scale(document, [number], 1.1 + 0.1 * number)
+            return document
+
+        self.window.editor.do("Spread", spread)
+        self.window.editor.select(numbers)
 
     def taxel(self) -> None:
         self.live()
@@ -276,6 +281,11 @@ def after(*names):
         bench.ask(*names)
 
     return reach
+
+
+def undone(bench):
+    bench.patches()
+    bench.ask("undo")
 
 
 def aimed(bench):
@@ -452,7 +462,7 @@ EFFECTS: dict[str, Effect] = {
     # Edit.
     **dict.fromkeys(("choose_skin", "choose_links"), Effect(first_tab, lambda bench: bench.window.column.tab)),
     "undo": Effect(Bench.patches, document),
-    "redo": Effect(after("undo"), document),
+    "redo": Effect(undone, document),
     **{spec.kind.name: Effect(after("select_box"), of_state("tool")) for spec in TOOLS},
     "select_box": Effect(after("poke"), of_state("tool")),
     "add_pin": Effect(Bench.taxel, document),
