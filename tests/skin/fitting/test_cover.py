@@ -131,6 +131,22 @@ def test_candidates_are_all_links_with_the_area_and_the_reason_against_a_cover()
     assert cover_candidates(lost)[1] == CoverCandidate("upper", 0.0, True, "its mesh file is missing", "base")
 
 
+@pytest.mark.parametrize(
+    ("shape", "size", "exact"),
+    [
+        ("capsule", "0.05 0.15", 2 * np.pi * 0.05 * 0.3 + 4 * np.pi * 0.05**2),
+        ("cylinder", "0.06 0.1", 2 * np.pi * 0.06 * 0.2 + 2 * np.pi * 0.06**2),
+        ("box", "0.04 0.03 0.05", 8 * (0.04 * 0.03 + 0.03 * 0.05 + 0.04 * 0.05)),
+    ],
+)
+def test_area_of_a_candidate_does_not_depend_on_the_order_of_its_faces(tmp_path, shape, size, exact):
+    rod = f'<body name="rod"><joint/><geom type="{shape}" size="{size}"/></body>'
+    block = '<geom type="box" size="0.5 0.5 0.5" pos="0 0 -0.5"/>'
+    (tmp_path / "rod.xml").write_text(f'<mujoco><worldbody><body name="block">{block}{rod}</body></worldbody></mujoco>')
+    candidates = {found.link: found.area for found in cover_candidates(load_robot_file(tmp_path / "rod.xml"))}
+    assert candidates["rod"] == pytest.approx(exact / 2, rel=0.03), "half of it is in the block"
+
+
 def test_only_links_that_move_are_chosen():
     assert choose_links(two_rods()) == ("upper",)
 

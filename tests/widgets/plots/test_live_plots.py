@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
+from unittest.mock import Mock
 
 import numpy as np
 import pyqtgraph as pg
@@ -14,7 +15,7 @@ from tactile_maps.contacts.detection.contact_shear import ContactShear, Slip
 from tactile_maps.control.motion.command import ControlSettings
 from tactile_widgets.common.colours import DARK, LIGHT
 from tactile_widgets.plots.choice.plot_choice import OF_SHEAR
-from tactile_widgets.plots.live_plots import REDRAW_MS, REST, LivePlots
+from tactile_widgets.plots.live_plots import MAX_REST_MS, REDRAW_MS, REST, LivePlots
 from tactile_widgets.plots.traces.trace_plots import nice_ceiling
 from tests.widgets.support.samples import touched
 
@@ -78,6 +79,25 @@ def test_slow_plots_are_drawn_less_often_but_always_the_last_frame(plots, prepar
     assert drawn(plots, 0) == [0]
     assert plots._late.remainingTime() > REDRAW_MS
     qtbot.waitUntil(lambda: drawn(plots, 0) == [1, 1])
+
+
+def test_frames_in_quick_succession_do_not_postpone_paced_plots(prepared, qtbot, monkeypatch):
+    plots = LivePlots(DARK, paced=True)
+    qtbot.addWidget(plots)
+    plots.show()
+    qtbot.waitExposed(plots)
+    plots._since_drawn = Mock(elapsed=Mock(return_value=MAX_REST_MS))
+    starts = Mock(wraps=plots._late.start)
+    monkeypatch.setattr(plots._late, "start", starts)
+    play(plots, prepared, 20)
+    starts.assert_called_once()
+    qtbot.waitUntil(lambda: drawn(plots, 0) == [20, 20])
+
+
+def test_plots_are_drawn_every_second_however_long_one_update_takes(plots, monkeypatch):
+    monkeypatch.setattr(plots, "_since_drawn", Mock(elapsed=Mock(return_value=5000)))
+    plots._redraw()
+    assert plots._rest_ms == MAX_REST_MS == 1000
 
 
 def test_restart_starts_new_plots(plots, prepared, qtbot):

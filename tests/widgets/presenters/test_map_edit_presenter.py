@@ -8,7 +8,7 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractSpinBox, QApplication, QInputDialog, QToolButton
 
-from tactile_maps.editing.arrange import move, rotate
+from tactile_maps.editing.arrange import move, rotate, scale
 from tactile_maps.editing.document_file import load_document
 from tactile_maps.editing.reflatten import set_lengths, set_method
 from tactile_maps.flattening.bijectivity import flipped
@@ -19,6 +19,7 @@ from tactile_maps.recording.verify import verify
 from tactile_maps.session.inputs import MapEdited
 from tactile_maps.studies.study.work_precision import Setting
 from tactile_widgets.common.tool_kinds import POKE, SELECT_BOX
+from tactile_widgets.panels.maps.quality_panel import QualityPanel
 from tactile_widgets.tools.registry import ARRANGE, INTEREST, PINS, SEAMS
 from tests.widgets.support.window_driver import press_map, run
 
@@ -65,6 +66,28 @@ def test_gesture_is_one_edit_of_the_session(window):
     window.editor.end()
     run(window, 0.05)
     assert [act.name for _, act in session.inputs if isinstance(act, MapEdited)] == ["Move"]
+
+
+def test_quality_in_a_replay_is_that_of_the_map_shown(window, tmp_path):
+    def shown_quality():
+        window.show_quality()
+        return window.context.panels.get(QualityPanel)._facts
+
+    unedited = shown_quality()
+    window.action("record").trigger()
+    run(window, 0.1)
+    window.editor.do("Scale", lambda document: scale(document, [0], 2.0))
+    run(window, 0.1)
+    window.action("record").trigger()
+    edited = shown_quality()
+    assert edited != unedited
+    (file,) = (tmp_path / "recordings").glob("*.mcap")
+    window.presenters.files.open_path(str(file))
+    for seconds, quality in ((0.05, unedited), (0.15, edited), (0.05, unedited)):
+        window.timeline.scrubbed.emit(seconds)
+        assert shown_quality() == quality
+    window.timeline.live_requested.emit()
+    assert shown_quality() == edited
 
 
 @pytest.mark.long

@@ -38,8 +38,8 @@ _REPORT_EVERY = 0.2
 class SkinMeasurements:
     """Measures maps of one skin, and keeps what does not change. Mutable: charts are replaced as they are edited.
 
-    Distances on the body are computed once. An edit of the layout changes nothing else, and a new chart only its own
-    image.
+    Distances on the body are computed once. A new chart changes only its own image, unless the size of the map changes:
+    pixels are a fixed share of it, so that the result does not depend on the maps that were measured before.
     """
 
     def __init__(self, skin: Skin) -> None:
@@ -47,24 +47,29 @@ class SkinMeasurements:
         self.distances = BodyDistances(skin)
         self._charts: dict[int, Chart] = {}
         self._images: dict[int, TactileImage] = {}
-        self._resolution: float | None = None
+        self._resolution = 0.0
 
     def quality(self, charts: Mapping[int, Chart], layout: MapLayout) -> MapQuality:
         """Return the quality of the map with these charts; charts of other patches are those of the previous call."""
         self._charts |= charts
         map_ = TactileMap(self.skin, tuple(self._charts[k] for k in range(len(self._charts))), layout)
-        if self._resolution is None:
-            self._resolution = max(float(np.ptp(map_.bounds, axis=0).max()) / _PIXELS, 1e-9)
-        for number, chart in charts.items():
+        resolution = max(float(np.ptp(map_.bounds, axis=0).max()) / _PIXELS, 1e-9)
+        outdated = charts if resolution == self._resolution else self._charts
+        self._resolution = resolution
+        for number, chart in outdated.items():
             alone = TactileMap(Skin((self.skin.patches[number],)), (chart,), MapLayout((Placement(),)))
-            self._images[number] = TactileImage(alone, resolution=self._resolution)
-        return measure(map_, distances=self.distances, images=tuple(self._images.values()))
+            self._images[number] = TactileImage(alone, resolution=resolution)
+        return measure(map_, distances=self.distances, images=[self._images[k] for k in range(len(self._charts))])
 
 
 def measure_map(
     skin: Kept[SkinMeasurements], charts: Mapping[int, Chart], layout: MapLayout, _report: Report
 ) -> MapQuality:
-    """Return the quality of a map. Cost: 1 to 3 s for the first map of a skin; then 40 ms, and 30 ms per new chart."""
+    """Return the quality of a map.
+
+    Cost: 1 to 3 s for the first map of a skin; then 40 ms, and 30 ms for each new chart, or for all if the map's size
+    changes.
+    """
     return skin.value.quality(charts, layout)
 
 

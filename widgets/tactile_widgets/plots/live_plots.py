@@ -70,6 +70,8 @@ REDRAW_MS = 100
 REST = 8.0
 """Minimum redraw interval as a multiple of the time the last update of the curves took. Painting takes about as long
 again, so plots use at most a quarter of the window's time, and the rest is left for the body and map views."""
+MAX_REST_MS = 1000
+"""Maximum redraw interval: on a busy computer one update may take seconds, and the curves must still end at *now*."""
 SIDE_BY_SIDE_ASPECT = 1.6
 LOWEST = 118
 USUAL_HEIGHT = 140
@@ -545,10 +547,10 @@ class LivePlots(QWidget):
         """Store the values of ``frame``, and draw them if a redraw is due and the plots are visible."""
         gone = self._keep(frame)
         if not self._since_drawn.isValid() or self._since_drawn.elapsed() >= self._rest_ms:
-            if self._paced:
-                self._late.start(_BETWEEN_MS)
-            else:
+            if not self._paced:
                 self._redraw_if_seen()
+            elif not self._late.isActive() or self._late.interval() != _BETWEEN_MS:  # else frames would postpone it
+                self._late.start(_BETWEEN_MS)
         elif not self._late.isActive():
             self._late.start(self._rest_ms)
         for region in gone:
@@ -620,7 +622,7 @@ class LivePlots(QWidget):
             self._parts[key].draw()
         for plot in self._trace_plots.values():
             plot.mark(ages)
-        self._rest_ms = max(REDRAW_MS, round(REST * self._since_drawn.elapsed()))
+        self._rest_ms = min(max(REDRAW_MS, round(REST * self._since_drawn.elapsed())), MAX_REST_MS)
 
     def _on_age_clicked(self, age: float) -> None:
         if self._latest is not None:

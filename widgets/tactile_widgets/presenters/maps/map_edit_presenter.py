@@ -133,8 +133,9 @@ class MapEditPresenter(Presenter):
             self._notifier.succeed("arrange patches")
 
     def _on_map_changed(self, map_: TactileMap) -> None:
-        """Show a recorded edit in a replay."""
+        """Show a recorded edit in a replay, and measure the map with it."""
         self._views.show_document(MapDocument.of(map_))
+        self._session.measurements.measure(map_)
 
     def _on_mode_changed(self, mode: Mode) -> None:
         self._editor.set_enabled(enabled=mode.takes_input)
