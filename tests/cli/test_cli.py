@@ -149,6 +149,42 @@ def test_failure_exits_with_1_and_one_line(capsys, words, output):
     assert out == ""
 
 
+def test_file_that_is_not_a_scene_is_named_with_the_command_for_it(capsys, monkeypatch, ball, recording, tmp_path):
+    (tmp_path / "skin.csv").write_text("x,y,z\n")
+    for file, text in (
+        (ball, "this is a mesh, not a scene.*with --robot"),
+        (recording, "this is a recording, not a scene.*to the command replay"),
+        (tmp_path / "skin.csv", "this is a taxel file, not a scene.*with --skin"),
+    ):
+        status, _, err = call(capsys, "run", str(file), "--for", "0.1")
+        assert status == 1
+        assert re.search(text, err)
+    monkeypatch.chdir(tmp_path)
+    Path("letter.docx").touch()
+    status, _, err = call(capsys, "inspect", "letter.docx")
+    assert status == 1
+    assert re.search(r"not a robot file \(found: .docx\).*\.urdf", err)
+    status, _, err = call(capsys, str(ball))
+    assert status == 2
+    assert f"tactile-maps gui {ball}" in err
+    assert "choose from" not in err
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("x.txt", r"a recording has the extension \.mcap \(found: \.txt\)\. Choose the name x\.mcap"),
+        (".", "folder of this name"),
+    ],
+)
+def test_recording_that_could_not_be_opened_again_is_not_made(capsys, ball, tmp_path, monkeypatch, name, message):
+    monkeypatch.chdir(tmp_path)
+    status, _, err = call(capsys, "run", "--robot", str(ball), "--for", "0.1", "-o", name)
+    assert status == 1
+    assert re.search(message, err)
+    assert list(tmp_path.iterdir()) == [ball]
+
+
 def test_failure_as_json(capsys):
     status, out, _ = call(capsys, "inspect", "nowhere.urdf", "--json")
     assert status == 1

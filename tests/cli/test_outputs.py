@@ -50,7 +50,7 @@ def commands() -> dict[str, argparse.ArgumentParser]:
 def outputs() -> Iterator[tuple[str, str, str]]:
     """Command, option and the name of its value, for every output."""
     for command, parser in commands().items():
-        for name, _ in parser.get_default("outputs") or ():
+        for name, *_ in parser.get_default("outputs") or ():
             (action,) = [one for one in parser._actions if one.dest == name]
             yield command, action.option_strings[-1], name
 
@@ -156,7 +156,7 @@ def test_report_that_exists_is_not_replaced(ending, tmp_path, capsys):
 
 
 def test_two_outputs_of_one_name_are_refused(tmp_path, capsys):
-    path = tmp_path / "out.csv"
+    path = tmp_path / "out.mcap"
     assert (
         run_command(["listen", "in.csv", "--weight", "1", "-o", str(path), "--save-calibration", str(path)], windows={})
         == 2

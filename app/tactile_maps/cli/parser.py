@@ -6,6 +6,7 @@ import argparse
 import math
 import os
 import re
+import shlex
 import sys
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -88,6 +89,12 @@ class _Parser(argparse.ArgumentParser):
         super().__init__(*args, **options)
         for name, action in _ACTIONS.items():
             self.register("action", name, action)
+
+    def _check_value(self, action: argparse.Action, value: Any) -> None:
+        if action.dest == "command" and value not in (action.choices or ()) and os.path.exists(value):
+            remedy = f"To open it: tactile-maps gui {shlex.quote(value)}"
+            raise argparse.ArgumentError(action, f"this is a file, not a command (found: {value}). {remedy}")
+        super()._check_value(action, value)
 
     def _print_message(self, message: str, file: object = None) -> None:
         if file is sys.stdout:
@@ -529,10 +536,11 @@ def _output(parser: argparse.ArgumentParser, *names: str, folder: str = "", **op
         parser: Parser of the command.
         names: Names of the option; ``-o`` and ``--output`` by default.
         folder: Name of the option with which it is a folder; its own name if it always is.
-        options: Other arguments of ``add_argument``.
+        options: Other arguments of ``add_argument``; a recording has the extension in ``metavar``.
     """
+    suffix = ".mcap" if ".mcap" in options.get("metavar", "") else ""
     action = parser.add_argument(*(names or ("-o", "--output")), type=_file_name, **options)
-    parser.set_defaults(outputs=(*(parser.get_default("outputs") or ()), (action.dest, folder)))
+    parser.set_defaults(outputs=(*(parser.get_default("outputs") or ()), (action.dest, folder, suffix)))
 
 
 def _overwrite(parser: argparse.ArgumentParser, text: str = "replace an existing file") -> None:

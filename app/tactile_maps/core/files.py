@@ -202,7 +202,6 @@ def output_path(path: Path, *, error: type[TactileMapsError], overwrite: bool = 
     """Check a path like ``check_output``, for a writer that locks an existing file itself."""
     try:
         target = Path(os.path.realpath(path)) if path.is_symlink() else path
-        target.with_name("x")  # fails where the path has no name
         found = _status(target)
     except (OSError, ValueError) as cause:
         raise _not_writable(path, cause, error) from cause

@@ -70,7 +70,7 @@ class LiveServer(LiveViewer):
             )
         except (RuntimeError, OSError) as error:
             place = f"{host}:{port}"
-            remedy = "Choose another port, or close the program that uses it"
+            remedy = "Choose another port, or an address of this computer"
             raise ExportError("the live server cannot start", place=place, value=error, remedy=remedy) from error
         self.address = f"ws://{host}:{self._server.port}"
         self._messages = self._fresh(0)

@@ -217,7 +217,8 @@ _OWN: dict[str, tuple[str, Callable[[], bool], Callable[[Home], Robot]]] = {
 
 def _looks_like_a_file(text: str) -> bool:
     path = Path(text)
-    return len(path.parts) > 1 or path.suffix.lower() in (*XML_SUFFIXES, *MESH_SUFFIXES)
+    known = path.suffix.lower() in (*XML_SUFFIXES, *MESH_SUFFIXES)
+    return known or len(path.parts) > 1 or (path.suffix != "" and os.path.isfile(path))
 
 
 def _menagerie_files() -> dict[str, Path]:

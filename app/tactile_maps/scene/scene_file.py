@@ -162,6 +162,18 @@ def _check_files(scene: Scene) -> None:
             raise SceneError("there is no such file", place=place, value=file, remedy=remedy)
 
 
+_OPTIONS = {
+    FileKind.ROBOT: "with --robot",
+    FileKind.ROBOT_WITH_TAXELS: "with --robot",
+    FileKind.MESH: "with --robot",
+    FileKind.TAXELS: "with --skin",
+    FileKind.SKIN: "with --skin",
+    FileKind.MAP: "with --skin",
+    FileKind.RECORDING: "to the command replay",
+}
+"""How a file that is mistaken for a scene is passed instead."""
+
+
 def load_scene(name: str, *, check: Callable[[Scene], None] | None = None) -> Scene:
     """Load the scene of that name or file. In a file, robot, taxels and meshes may be named relative to its folder.
 
@@ -181,6 +193,10 @@ def load_scene(name: str, *, check: Callable[[Scene], None] | None = None) -> Sc
     if not os.path.exists(path):
         remedy = f"{did_you_mean(name, scene_names())}, or give the path of a file"
         raise SceneError("unknown scene", value=name, remedy=remedy)
+    kind = kind_of(path)
+    if kind in _OPTIONS:
+        problem = f"this is a {kind.value}, not a scene"
+        raise SceneError(problem, file=path, remedy=f"Give a scene file (.toml), or this file {_OPTIONS[kind]}")
     try:
         text = read_bounded_file(path, error=SceneError, most=MOST_BYTES).decode("utf8")
     except UnicodeDecodeError as error:

@@ -5,11 +5,13 @@ from __future__ import annotations
 import pytest
 from PySide6.QtCore import QUrl
 from PySide6.QtGui import QImage, QTextDocument
+from PySide6.QtWidgets import QWidget
 
 from tactile_maps.cli.commands.guide import find_page, page_names
 from tactile_widgets.common.application_theme import apply_theme
 from tactile_widgets.common.colours import DARK, LIGHT
 from tactile_widgets.common.guide_window import GuideWindow
+from tactile_widgets.common.make import resize_on_screen
 
 
 @pytest.fixture
@@ -17,6 +19,18 @@ def guide(qtbot):
     window = GuideWindow(find_page("index"))
     qtbot.addWidget(window)
     return window
+
+
+def test_window_is_not_larger_than_its_screen(qtbot):
+    window = QWidget()
+    qtbot.addWidget(window)
+    room = window.screen().availableSize()
+    resize_on_screen(window, 10_000, 300)
+    assert window.width() < room.width()
+    assert window.height() == 300
+    resize_on_screen(window, 400, 10_000)
+    assert window.width() == 400
+    assert window.height() < room.height()
 
 
 @pytest.mark.long

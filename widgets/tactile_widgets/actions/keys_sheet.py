@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QDialog, QHeaderView, QLineEdit, QTreeWidget, QTre
 from tactile_widgets.actions.key_editor import KeyEditor
 from tactile_widgets.actions.keymap import KeyMap
 from tactile_widgets.actions.registry import key_text
+from tactile_widgets.common.make import resize_on_screen
 
 WIDTH = 860
 HEIGHT = 640
@@ -56,7 +57,7 @@ class KeysSheet(QDialog):
         column = QVBoxLayout(self)
         for widget, stretch in ((self.search, 0), (self.list, 1), (self.editor, 0)):
             column.addWidget(widget, stretch)
-        self.resize(WIDTH, HEIGHT)
+        resize_on_screen(self, WIDTH, HEIGHT)
         self._rows: dict[str, QTreeWidgetItem] = {}
         self._groups = [self._add_group("Mouse", gestures)]
         for heading, rows in groups:

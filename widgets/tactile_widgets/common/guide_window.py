@@ -10,6 +10,8 @@ from PySide6.QtCore import QEvent, Qt, QUrl
 from PySide6.QtGui import QImage, QKeySequence, QShortcut, QTextBlock, QTextCursor, QTextDocument, QTextFormat
 from PySide6.QtWidgets import QTextBrowser, QWidget
 
+from tactile_widgets.common.make import resize_on_screen
+
 
 @dataclass(frozen=True)
 class GuidePlace:
@@ -42,7 +44,7 @@ class GuideWindow(QTextBrowser):
         super().__init__(parent)
         self.setWindowFlag(Qt.WindowType.Window)
         self.setWindowTitle("Tactile Maps: the guide")
-        self.resize(*_SIZE)
+        resize_on_screen(self, *_SIZE)
         self.setOpenExternalLinks(True)
         self.document().setDocumentMargin(_MARGIN)
         QShortcut(QKeySequence(QKeySequence.StandardKey.Back), self, self.backward)

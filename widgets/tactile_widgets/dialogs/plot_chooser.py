@@ -8,6 +8,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QFont, QPalette
 from PySide6.QtWidgets import QCheckBox, QDialog, QLabel, QLineEdit, QListWidget, QListWidgetItem, QVBoxLayout, QWidget
 
+from tactile_widgets.common.make import resize_on_screen
 from tactile_widgets.plots.choice.plot_choice import PlotKey
 from tactile_widgets.plots.live_plots import PlotGroup
 
@@ -57,7 +58,7 @@ class PlotChooser(QDialog):
         column = QVBoxLayout(self)
         for part in (self.field, self.automatic, self.list, note):
             column.addWidget(part)
-        self.resize(*_SIZE)
+        resize_on_screen(self, *_SIZE)
 
     def offer(self, groups: Sequence[PlotGroup], shown: Collection[PlotKey], *, automatic: bool) -> None:
         """List plots; ``shown`` are checked."""

@@ -31,7 +31,7 @@ from tactile_maps.maps.pressure_colours import rounded_scale
 from tactile_maps.recording.encoding.annotations import Annotations, Outcome
 from tactile_maps.recording.overview.summary import RecordingSummary
 from tactile_widgets.common.colours import PressureScale
-from tactile_widgets.common.make import push_button
+from tactile_widgets.common.make import push_button, resize_on_screen
 from tactile_widgets.plots.timeline.playhead import clock_text
 
 _COLUMNS = ("Recording", "Length", "Robot", "Scene", "Taxels", "Outcome", "Label", "Recorded")
@@ -67,7 +67,7 @@ class RecordingsDialog(QDialog):
         self.setObjectName("recordings-dialog")
         self.setWindowTitle("Recordings")
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        self.resize(980, 560)
+        resize_on_screen(self, 980, 560)
         self._summaries: dict[Path, RecordingSummary] = {}
         self._paths: list[Path] = []
         self.overlay_possible = False

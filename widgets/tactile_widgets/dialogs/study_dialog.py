@@ -25,6 +25,7 @@ from tactile_maps.core.errors import UsageError
 from tactile_maps.studies.base.rows import Row, distinct
 from tactile_maps.studies.running.study_table import StudyTable, TablePoint, only, table_points
 from tactile_widgets.common.colours import Theme
+from tactile_widgets.common.make import resize_on_screen
 from tactile_widgets.plots.study_plot import StudyPlot, cell_text
 
 _Index = QModelIndex | QPersistentModelIndex
@@ -82,7 +83,7 @@ class StudyDialog(QDialog):
         self.setObjectName("study-dialog")
         self.setWindowTitle(f"Study: {table.file.name}")
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        self.resize(1120, 620)
+        resize_on_screen(self, 1120, 620)
         self.study = table
         self._no_replay = no_replay
         self.points: list[TablePoint] = []

@@ -17,7 +17,8 @@ def outputs_checked(arguments: argparse.Namespace) -> Iterator[None]:
     """Reject outputs that cannot be written; in the block, an existing file is replaced only with ``--overwrite``.
 
     Raises:
-        ExportError: An output exists, is a special file or a file that the command reads, or cannot be written.
+        ExportError: An output exists, is a special file or a file that the command reads, cannot be written, or is a
+            recording with an extension with which it could not be opened.
         UsageError: Two outputs are the same file.
     """
     outputs = getattr(arguments, "outputs", ())
@@ -30,12 +31,12 @@ def outputs_checked(arguments: argparse.Namespace) -> Iterator[None]:
         yield
 
 
-def _checked_outputs(arguments: argparse.Namespace, outputs: Iterable[tuple[str, str]]) -> list[Path]:
+def _checked_outputs(arguments: argparse.Namespace, outputs: Iterable[tuple[str, str, str]]) -> list[Path]:
     """Return the files that must be new."""
     new: list[Path] = []
     read = list(_files_read(arguments))
     seen: list[Path] = []
-    for name, folder_option in outputs:
+    for name, folder_option, suffix in outputs:
         stated = getattr(arguments, name)
         if stated is None:
             continue
@@ -49,6 +50,9 @@ def _checked_outputs(arguments: argparse.Namespace, outputs: Iterable[tuple[str,
         check_output(path, error=ExportError, overwrite=arguments.overwrite)
         if any(_is_same(path, other) for other in read):
             raise ExportError("a file that is read cannot be the output", file=path, remedy="Choose another name")
+        if suffix and path.suffix.lower() != suffix:
+            remedy = f"Choose the name {path.stem}{suffix}"
+            raise ExportError(f"a recording has the extension {suffix}", file=path, value=path.suffix, remedy=remedy)
         if not arguments.overwrite:
             new.append(path)
     return new
@@ -56,7 +60,7 @@ def _checked_outputs(arguments: argparse.Namespace, outputs: Iterable[tuple[str,
 
 def _files_read(arguments: argparse.Namespace) -> Iterator[str]:
     """Return all other values on the command line that may name a file."""
-    outputs = {name for name, _ in getattr(arguments, "outputs", ())}
+    outputs = {name for name, *_ in getattr(arguments, "outputs", ())}
     for name, value in vars(arguments).items():
         if name not in outputs:
             words = value if isinstance(value, list | tuple) else [value]

@@ -376,6 +376,11 @@ def test_taxel_files_are_merged_replaced_or_added_as_one_step(window, monkeypatc
     assert (window.live.prepared.scene.taxel_files, len(window.live.prepared.skin)) == (paths, 30)
     window.action("undo").trigger()
     assert window.live.prepared is shown
+    drop(window, files[1])
+    (box,) = [box for box in window.findChildren(QMessageBox, "taxels-again") if box.isVisible()]
+    assert "Add" not in [button.text() for button in box.buttons()], "the skin has these taxels"
+    press(window, "Cancel")
+    assert window.live.prepared is shown
     drop(window, files[2], files[1])
     press(window, "Replace")
     assert window.live.prepared.scene.taxel_files == (paths[2], paths[1])

@@ -205,6 +205,9 @@ def test_two_points_are_set_by_a_drag_or_by_clicks(kind):
     sketch = PathSketch(kind, CORNERS[0])
     assert stroke(sketch, np.linspace(CORNERS[0], CORNERS[2], 9))
     np.testing.assert_allclose(sketch.shape.points, CORNERS[[0, 2]])
+    dragged = PathSketch(kind, CORNERS[0])
+    dragged.move(CORNERS[2], FAR)
+    assert dragged.preview == sketch.shape, "the shape is shown while it is dragged"
     sketch = begun(kind)
     sketch.move(CORNERS[2], FAR)
     np.testing.assert_allclose(sketch.preview.points, CORNERS[[0, 2]])

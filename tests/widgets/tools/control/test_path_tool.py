@@ -92,6 +92,14 @@ def test_stroke_is_a_path_with_few_corners(hand, lead, corners):
     assert all(np.linalg.norm(path_in_force(lead) - corner, axis=1).min() < 2 * PIXEL for corner in corners)
 
 
+def test_hint_names_the_shape_that_a_drag_draws(lead, tool):
+    set_path_kind(lead, "lemniscate")
+    assert "end to end of a figure of eight" in tool.hint
+    assert "Polyline" in tool.hint
+    set_path_kind(lead, "polyline")
+    assert "in one stroke" in tool.hint
+
+
 @pytest.mark.parametrize("kind", ["lemniscate", "raster"])
 def test_figure_of_eight_and_box_are_drawn_by_a_drag(hand, lead, corners, kind):
     set_path_kind(lead, kind)

@@ -20,7 +20,7 @@ from PySide6.QtWidgets import (
 from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.studies.controller_comparison import Contender, ControllerTrace
 from tactile_widgets.common.colours import Theme
-from tactile_widgets.common.make import caption_label, make, progress_bar, push_button, show_text
+from tactile_widgets.common.make import caption_label, make, progress_bar, push_button, resize_on_screen, show_text
 from tactile_widgets.common.panel import SLIM_SCROLL_BAR
 from tactile_widgets.dialogs.controller_comparison.comparison_plots import LETTERS, ComparisonPlots
 from tactile_widgets.dialogs.controller_comparison.comparison_setup import ContenderCard, StimulusChoice
@@ -285,7 +285,7 @@ class ComparisonDialog(QDialog):
         super().__init__(parent)
         self.setObjectName("controller-comparison")
         self.setWindowTitle("Compare controllers")
-        self.resize(max(min(parent.width(), 1320), 1120), 720)
+        resize_on_screen(self, max(min(parent.width(), 1320), 1120), 720)
         self.board = ComparisonView(theme, self)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)

@@ -202,13 +202,17 @@ class FilePresenter(Presenter):
         if not before or not asks or set(before) <= set(paths):
             self._import(paths, ())
             return
+        choices = ["Replace", "Add"]
         text = f"The skin is from {file_names(before)}. Add the taxels of {file_names(paths)}, or replace the skin?"
+        if set(paths) <= set(before):
+            choices = ["Replace"]
+            text = f"The skin is from {file_names(before)}. Replace it by the taxels of {file_names(paths)} alone?"
 
         def answered(answer: str) -> None:
             with self._notifier.errors_shown("open file", finishes=False):
                 self._import(paths, before if answer == "Add" else ())
 
-        self._context.dialogs.ask_button("taxels-again", "Import taxels", text, ["Replace", "Add"], answered)
+        self._context.dialogs.ask_button("taxels-again", "Import taxels", text, choices, answered)
 
     def _import(self, paths: Sequence[str], before: Sequence[str]) -> None:
         """Place the taxels of ``paths``, and of the files ``before``, which the scene has."""

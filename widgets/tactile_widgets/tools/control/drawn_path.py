@@ -187,7 +187,7 @@ class PathSketch:
         points = points[moved] if self._free else points[[0, -1]]
         if len(points) < 2 or not np.ptp(points, axis=0).any():
             return None
-        return DrawnPath("polyline" if self._drawn else self._kind, as_points(points))
+        return DrawnPath("polyline" if self._drawn and self._free else self._kind, as_points(points))
 
     def press(self, point: FloatArray, reach: float) -> None:
         """Add a corner, from which a stroke can continue; near the first corner, close the path.

@@ -9,9 +9,10 @@ from PySide6.QtGui import QKeyEvent, QMouseEvent, QPainter
 from tactile_maps.core.arrays import FloatArray
 from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_widgets.common.colours import Theme
+from tactile_widgets.common.controller_settings import SETTING_CHOICES
 from tactile_widgets.tools.control.control_settings_editor import ControlSettingsEditor
 from tactile_widgets.tools.control.control_tool import REACH_PX, ControlTool
-from tactile_widgets.tools.control.drawn_path import DrawnPath, HandleKind, PathHandle, PathSketch, as_points
+from tactile_widgets.tools.control.drawn_path import FREE, DrawnPath, HandleKind, PathHandle, PathSketch, as_points
 from tactile_widgets.views.interaction.arrow_keys import nudge_of
 from tactile_widgets.views.interaction.select_gesture import CLICK_PX
 from tactile_widgets.views.interaction.view_tool import PointerHit, ToPixels
@@ -19,6 +20,10 @@ from tactile_widgets.views.overlays.body_overlays import MarkRole, PointMark, Po
 from tactile_widgets.views.overlays.painting import draw_handles, draw_label, draw_middles, draw_sketch
 from tactile_widgets.views.overlays.task_overlay import lines_on_skin
 
+_DRAW = (
+    "Click corners, or draw in one stroke; Enter ends it, Backspace removes the last one. "
+    "Drag corners, segments or the whole path."
+)
 _STARTS = "A path must start on the skin"
 _NAMES = {HandleKind.CORNER: "move a corner", HandleKind.MIDDLE: "add a corner", HandleKind.LINE: "move the path"}
 
@@ -30,11 +35,6 @@ class PathTool(ControlTool):
     path at every move.
     """
 
-    hint = (
-        "Click corners, or draw in one stroke; Enter ends it, Backspace removes the last one. "
-        "Drag corners, segments or the whole path."
-    )
-
     def __init__(self, settings_editor: ControlSettingsEditor, parent: QObject | None = None) -> None:
         super().__init__(settings_editor, parent)
         self._sketch: PathSketch | None = None
@@ -43,6 +43,15 @@ class PathTool(ControlTool):
         self._held: PathHandle | None = None
         self._from: tuple[FloatArray, QPointF] = np.zeros(2), QPointF()
         self._dragged: DrawnPath | None = None
+
+    @property
+    def hint(self) -> str:
+        """Text for the shape of the next path."""
+        kind = self._settings_editor.settings.path_kind
+        if kind in FREE:
+            return _DRAW
+        shape = SETTING_CHOICES["path_kind"][1][kind].lower()
+        return f"Drag from end to end of a {shape}. Choose Polyline in the panel Controller to draw freely."
 
     @property
     def drawing(self) -> bool:

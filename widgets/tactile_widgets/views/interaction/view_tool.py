@@ -81,12 +81,15 @@ class ViewTool(QObject):
     only through the control settings editor.
     """
 
-    hint = ""
-    """Instructions for mouse and keys, shown to the user."""
     grabs_links: ClassVar[bool] = False
     """True if ``PointerHit`` must contain ray and body."""
     drawn = Signal()
     """``paint`` would draw something else now."""
+
+    @property
+    def hint(self) -> str:
+        """Instructions for mouse and keys, shown to the user."""
+        return ""
 
     def press(self, place: PointerHit, event: QMouseEvent) -> bool:
         """Handle the pressed left button; True starts a gesture that owns the mouse until the release."""
