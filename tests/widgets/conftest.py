@@ -6,7 +6,7 @@ import gc
 import os
 from collections import Counter
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, wraps
 from pathlib import Path
 
 import pytest
@@ -56,14 +56,14 @@ def small_arm() -> PreparedScene:
 
 
 @pytest.fixture(scope="session")
-def prepared(small_arm) -> PreparedScene:
+def prepared(coarse_prepared) -> PreparedScene:
     """The prepared scene of the test; a module may replace it."""
-    return small_arm
+    return coarse_prepared
 
 
 @pytest.fixture(scope="session")
 def coarse_prepared() -> PreparedScene:
-    """The same arm with a tenth of the triangles, for tests that measure maps or prepare them in another process."""
+    """The same arm with a tenth of the triangles, with which windows show and edit maps faster."""
     return _prepared(coarse(TAXELS))
 
 
@@ -79,6 +79,7 @@ def _tile_content(patch, chart, resolution, interpolation="barycentric"):
     )
 
 
+@wraps(ImageAtlas)
 def _shared_atlas(map_, *, known=None, look):
     return _atlas_of(map_.skin, map_.charts, map_.layout, known, look)
 
@@ -93,6 +94,7 @@ def shared_weights():
     """Share interpolation weights, which depend only on the map, between windows; they cost 0.2 s for each."""
     tile_of = content_cache(_tile_content, most=32)(AtlasTile.of)
 
+    @wraps(AtlasTile.of)
     def tile(patch, chart, *how):
         return replace(tile_of(patch, chart, *how), chart=chart)
 
@@ -171,13 +173,13 @@ def window(new_window):
 
 
 @pytest.fixture(scope="session")
-def shared_window(qapp, small_arm, tmp_path_factory):
+def shared_window(qapp, coarse_prepared, tmp_path_factory):
     """The window of ``window_again``, in a list, and its initial facts."""
     folder = tmp_path_factory.mktemp("window")
     window = open_window(folder, INLINE)
     with pytest.MonkeyPatch.context() as patching:
         _write_into(folder, patching)
-        window.live.show_prepared(small_arm)
+        window.live.show_prepared(coarse_prepared)
         QApplication.processEvents()
     held = [window]
     _OF_SHARED_WINDOW.update(id(thing) for thing in gc.get_objects() if isinstance(thing, _CHECKED))

@@ -18,7 +18,6 @@ from itertools import pairwise
 from typing import Literal, TypeAlias, assert_never
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from tactile_maps.core.arrays import ArrayFields, FloatArray, IntArray, readonly
 from tactile_maps.core.errors import MapError
@@ -283,6 +282,8 @@ def _checked(points: Sequence[Sequence[float]] | FloatArray, least: int) -> Floa
 
 def _spline(points: FloatArray) -> FloatArray:
     """Interpolate all points by chord length; closed if the last equals the first."""
+    from scipy.interpolate import CubicSpline  # 0.1 s to import, and few paths are drawn as curves
+
     chords = np.linalg.norm(np.diff(points, axis=0), axis=1)
     keep = np.concatenate([[True], chords > 1e-9])
     points = points[keep]

@@ -64,9 +64,9 @@ def test_exact_distance_is_computed_at_few_nodes_without_effect_on_the_surface(
 
     thrifty = wrap_module._exact_at
     monkeypatch.setattr(wrap_module, "_exact_at", exact_here)
-    quick = wrap_mesh(mesh, thickness=0.004, voxel=0.006, closing=closing)
+    quick = wrap_mesh(mesh, thickness=0.006, voxel=0.009, closing=closing)
     monkeypatch.setattr(wrap_module, "_exact_at", exact_everywhere)
-    slow = wrap_mesh(mesh, thickness=0.004, voxel=0.006, closing=closing)
+    slow = wrap_mesh(mesh, thickness=0.006, voxel=0.009, closing=closing)
     assert max(asked) < 8 * len(quick.surface.vertices)
     assert quick.findings == slow.findings
     assert np.array_equal(quick.surface.faces, slow.surface.faces)

@@ -321,7 +321,7 @@ def test_patches_too_small_to_rank_are_unknown_not_perfect():
 @pytest.mark.parametrize("rows", [0, 5, 40])
 def test_across_a_sharp_bend_neighbours_are_exactly_apart_though_farther_than_their_arc(monkeypatch, rows):
     monkeypatch.setattr(topography, "_ROWS", rows)
-    skin = skin_of(sheet(48, 32, shape=lambda x, y: 3 * np.abs(x - 0.06)), taxels=60)
+    skin = skin_of(sheet(36, 24, shape=lambda x, y: 3 * np.abs(x - 0.06)), taxels=45)
     body = BodyDistances(skin)
     exact = _exact(skin)
     i, j = skin.neighbours.T

@@ -37,13 +37,6 @@ from tactile_widgets.tools.registry import TOOLS
 from tactile_widgets.views.layers import LAYERS
 from tests.widgets.support.window_driver import blow_up, press_map, run
 
-
-@pytest.fixture(scope="module")
-def prepared(coarse_prepared):
-    """Its map is edited ten times as soon."""
-    return coarse_prepared
-
-
 TICK = 0.005
 """Control period of the session [s]."""
 

@@ -24,11 +24,6 @@ from tests.widgets.support.window_driver import answer, press_map, run
 pytestmark = pytest.mark.long
 
 
-@pytest.fixture(scope="module")
-def prepared(coarse_prepared):
-    return coarse_prepared
-
-
 class CarefulBench(Bench):
     """A bench whose file dialogs choose files that can be opened, and whose scenes have skins of their own."""
 

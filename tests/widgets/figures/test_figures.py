@@ -28,6 +28,11 @@ SMALL = FigureSpec(80.0, 60.0, 96, FigureColours.PAPER)
 pytestmark = pytest.mark.qt_log_ignore("This plugin does not support")
 
 
+@pytest.fixture(scope="module")
+def prepared(small_arm):
+    return small_arm
+
+
 @pytest.fixture
 def window(window_again):
     """The shared window; a figure leaves nothing in it."""

@@ -43,12 +43,6 @@ def worker(only_worker):
     assert len(mp.active_children()) <= 1, "a process was replaced but not ended"
 
 
-@pytest.fixture(scope="module")
-def prepared(coarse_prepared):
-    """It is sent to a process."""
-    return coarse_prepared
-
-
 @pytest.fixture
 def document(prepared):
     """The small arm's map, to be edited."""

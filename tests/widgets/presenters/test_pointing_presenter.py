@@ -42,6 +42,11 @@ OFFERED_ON_SKIN = [
 ]
 
 
+@pytest.fixture(scope="module")
+def prepared(small_arm):
+    return small_arm
+
+
 @pytest.fixture
 def window(window_again):
     """Window without touch, with the standard plots of the controller."""

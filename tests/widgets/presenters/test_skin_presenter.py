@@ -38,12 +38,6 @@ RODS = """<mujoco model="rods"><worldbody><body name="base"><geom type="box" siz
 </body></worldbody></mujoco>"""
 
 
-@pytest.fixture(scope="module")
-def prepared(coarse_prepared):
-    """Coarse arm, whose skin is fitted quickly."""
-    return coarse_prepared
-
-
 @pytest.fixture
 def window(window_again):
     window = window_again

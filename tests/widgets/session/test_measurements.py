@@ -39,12 +39,6 @@ def notes_of(measurements):
     return notes
 
 
-@pytest.fixture(scope="module")
-def prepared(coarse_prepared):
-    """A coarse scene, since each test measures it twice."""
-    return coarse_prepared
-
-
 @pytest.fixture
 def live(qtbot, prepared):
     made = SessionHost(backends=replace(INLINE, executor=partial(InlineExecutor, hold=True)))

@@ -13,12 +13,6 @@ from tactile_maps.session.session import Session
 from tactile_widgets.common.settings import BaseLayer
 
 
-@pytest.fixture(scope="module")
-def prepared(coarse_prepared):
-    """A coarse arm, which is flattened ten times faster."""
-    return coarse_prepared
-
-
 class Paints(QObject):
     """Counts a widget's paint events."""
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pytest
 from PySide6.QtWidgets import (
     QAbstractButton,
     QAbstractItemView,
@@ -30,12 +29,6 @@ KINDS = (
 )
 PARTS = (QScrollBar, QHeaderView)
 """Parts of controls that have a name."""
-
-
-@pytest.fixture(scope="module")
-def prepared(coarse_prepared):
-    """It is there ten times as soon."""
-    return coarse_prepared
 
 
 def named(control: QWidget) -> bool:

@@ -82,12 +82,6 @@ def heap_bytes():
     return ask
 
 
-@pytest.fixture(scope="module")
-def prepared(coarse_prepared):
-    """Maps of it are measured, and patches flattened, ten times as soon."""
-    return coarse_prepared
-
-
 def act_in_a_window(seed, prepared, folder):
     """Open a window, do anything in it, and close it."""
     folder.mkdir()

@@ -29,12 +29,6 @@ FREEZE = 1.0
 
 
 @pytest.fixture(scope="module")
-def prepared(coarse_prepared):
-    """Maps of it are measured, and patches flattened, ten times as soon."""
-    return coarse_prepared
-
-
-@pytest.fixture(scope="module")
 def small_scenes():
     """All that ships, in few taxels."""
     return SmallScenes(TAXELS)

@@ -22,12 +22,6 @@ pytestmark = pytest.mark.long
 LONG = 120_000
 
 
-@pytest.fixture(scope="module")
-def prepared(coarse_prepared):
-    """It is sent to five processes."""
-    return coarse_prepared
-
-
 @pytest.fixture
 def backends():
     """The backends of the program."""

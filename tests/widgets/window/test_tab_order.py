@@ -16,12 +16,6 @@ _SAME_ROW = 12
 """Controls of one row may be so much higher or lower [px]."""
 
 
-@pytest.fixture(scope="module")
-def prepared(coarse_prepared):
-    """It is there ten times as soon."""
-    return coarse_prepared
-
-
 def walk(window, key):
     """The controls that have the keyboard one after the other, from the robot view until it has it again."""
     window.robot_view.setFocus(Qt.FocusReason.TabFocusReason)

@@ -15,12 +15,6 @@ RIGHT = Qt.MouseButton.RightButton
 CTRL = Qt.KeyboardModifier.ControlModifier
 
 
-@pytest.fixture(scope="module")
-def prepared(coarse_prepared):
-    """It is drawn ten times as soon."""
-    return coarse_prepared
-
-
 @pytest.fixture
 def window(window_again):
     yield window_again

@@ -153,7 +153,7 @@ def test_rapid_table_has_a_taxel_in_each_cell(tmp_path, cell, encoding):
 
 
 def test_rapid_table_with_semicolons_and_empty_last_rows_is_the_skin_of_a_scene(tmp_path):
-    rows = [";".join(f"({1.5 * column - 5.2},-11.3,{36 - 1.2 * row})" for column in range(8)) for row in range(12)]
+    rows = [";".join(f"({2.4 * column - 8.4:g},-11.3,{36 - 2.4 * row:g})" for column in range(8)) for row in range(12)]
     written(tmp_path, "tactile.csv", "\n".join([*rows, ";" * 7, ";" * 7]))
     text = 'robot = "hand"\ntaxel_file = "tactile.csv"\n[cover]\nlinks = ["left_finger"]\n'
     _, skin = load_robot_and_skin(load_scene(str(written(tmp_path, "scene.toml", text))))

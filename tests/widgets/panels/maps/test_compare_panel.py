@@ -25,12 +25,6 @@ from tests.widgets.support.samples import leaf_map
 LEFT = Qt.MouseButton.LeftButton
 
 
-@pytest.fixture(scope="module")
-def prepared(coarse_prepared):
-    """Its maps are measured."""
-    return coarse_prepared
-
-
 @pytest.fixture
 def panel(qtbot, editor):
     made = ComparePanel(editor)

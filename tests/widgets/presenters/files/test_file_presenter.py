@@ -34,12 +34,6 @@ from tests.widgets.support.executors import in_process
 from tests.widgets.support.window_driver import press_map, run
 
 
-@pytest.fixture(scope="module")
-def prepared(coarse_prepared):
-    """It is sent to processes, and its map measured."""
-    return coarse_prepared
-
-
 @pytest.fixture
 def window(window_again):
     """Scenes are prepared at once; a window that closes, or needs the process, is a ``new_window``."""

@@ -25,12 +25,6 @@ LEFT = Qt.MouseButton.LeftButton
 pytestmark = pytest.mark.usefixtures("scene_cache")
 
 
-@pytest.fixture(scope="module")
-def prepared(coarse_prepared):
-    """Coarse arm, prepared quickly with a grid."""
-    return coarse_prepared
-
-
 @pytest.fixture
 def window(window_again):
     return window_again

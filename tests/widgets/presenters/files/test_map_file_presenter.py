@@ -25,12 +25,6 @@ from tests.support.special_files import is_special, make_special_file, special_k
 from tests.widgets.support.window_driver import answer, run
 
 
-@pytest.fixture(scope="module")
-def prepared(coarse_prepared):
-    """Coarse arm, copied quickly."""
-    return coarse_prepared
-
-
 @pytest.fixture
 def window(window_again):
     """Window without a map file; a test that closes the window uses ``new_window``."""

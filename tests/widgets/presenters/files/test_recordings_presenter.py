@@ -30,12 +30,6 @@ LEFT = Qt.MouseButton.LeftButton
 
 
 @pytest.fixture(scope="module")
-def prepared(coarse_prepared):
-    """It is there ten times as soon."""
-    return coarse_prepared
-
-
-@pytest.fixture(scope="module")
 def recorded(prepared, tmp_path_factory):
     path = tmp_path_factory.mktemp("recorded") / "one.mcap"
     session = Session(prepared)

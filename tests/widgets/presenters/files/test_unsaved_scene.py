@@ -34,11 +34,6 @@ COARSE = 0.01
 """Thickness of the skin [m]; its triangles are as large."""
 
 
-@pytest.fixture(scope="module")
-def prepared(coarse_prepared):
-    return coarse_prepared
-
-
 @pytest.fixture(autouse=True)
 def opened_coarse(monkeypatch):
     """Open every robot and scene in a coarse skin, which is prepared in a tenth of the time."""

@@ -32,12 +32,6 @@ LEFT = Qt.MouseButton.LeftButton
 
 
 @pytest.fixture(scope="module")
-def prepared(coarse_prepared):
-    """It is there ten times as soon."""
-    return coarse_prepared
-
-
-@pytest.fixture(scope="module")
 def content(prepared, tmp_path_factory) -> bytes:
     """A second of a session, marked at 0.4 s."""
     path = tmp_path_factory.mktemp("notes") / "one.mcap"

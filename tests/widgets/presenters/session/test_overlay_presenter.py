@@ -25,12 +25,6 @@ TAXEL = 20
 
 
 @pytest.fixture(scope="module")
-def prepared(coarse_prepared):
-    """It is there ten times as soon."""
-    return coarse_prepared
-
-
-@pytest.fixture(scope="module")
 def two(prepared, tmp_path_factory):
     """The same press at 0.1 s, and at 0.25 s."""
     folder = tmp_path_factory.mktemp("two")

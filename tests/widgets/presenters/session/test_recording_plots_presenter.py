@@ -26,12 +26,6 @@ NONE = Qt.KeyboardModifier.NoModifier
 
 
 @pytest.fixture(scope="module")
-def prepared(coarse_prepared):
-    """It is there ten times as soon."""
-    return coarse_prepared
-
-
-@pytest.fixture(scope="module")
 def path(prepared, tmp_path_factory) -> Path:
     """A second, pressed from 0.25 s on."""
     path = tmp_path_factory.mktemp("plots") / "press.mcap"

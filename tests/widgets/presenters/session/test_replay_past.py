@@ -18,12 +18,6 @@ def drawn_forces(window):
     return [np.zeros(0) if part is None else part for part in window.plots._force._line.getData()]
 
 
-@pytest.fixture(scope="module")
-def prepared(coarse_prepared):
-    """It is there ten times as soon."""
-    return coarse_prepared
-
-
 def test_short_push_between_two_drawings_is_plotted(window_again, prepared):
     """The window looks once in two seconds; each tick in between is in the plot."""
     window = window_again

@@ -114,12 +114,6 @@ def test_undo_steps_are_scenes():
     assert (steps.can_undo, steps.can_redo) == (False, False)
 
 
-@pytest.fixture(scope="module")
-def prepared(coarse_prepared):
-    """It is prepared again with each grid."""
-    return coarse_prepared
-
-
 @pytest.mark.long
 def test_grid_is_placed_and_undone_in_the_window(window):
     before = window.live.prepared

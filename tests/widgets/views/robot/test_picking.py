@@ -15,6 +15,11 @@ from tactile_widgets.views.robot.picking import SkinPicker
 
 
 @pytest.fixture(scope="module")
+def prepared(small_arm):
+    return small_arm
+
+
+@pytest.fixture(scope="module")
 def picker(prepared):
     return SkinPicker(prepared)
 

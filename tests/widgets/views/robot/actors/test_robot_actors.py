@@ -14,6 +14,11 @@ from tests.widgets.support.robot_view_driver import PICTURE
 
 
 @pytest.fixture(scope="module")
+def prepared(small_arm):
+    return small_arm
+
+
+@pytest.fixture(scope="module")
 def pressed(prepared):
     """A session in which a finger has pressed for half a second, and the arm has yielded."""
     session = Session(prepared, scripted=False)
