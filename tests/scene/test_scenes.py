@@ -302,7 +302,7 @@ def test_full_has_all_effects_and_self_contact():
 @pytest.mark.long
 def test_follow_path_moves_the_contact_over_two_links_and_back():
     """The contact follows the drawn path in both directions and is carried between the two links."""
-    shown = frames("follow_path", 29.0)
+    shown = frames("follow_path", 32.0)
     states = [frame.task.regrasp for frame in shown]
     steps = [now for before, now in pairwise(states) if now and now != before]
     assert steps == [RegraspState.PLAN, RegraspState.LIFT, RegraspState.CARRY, RegraspState.PRESS] * 2
