@@ -15,11 +15,12 @@ from tactile_maps.recording.file.damage import DamageKind
 from tactile_maps.recording.player import RecordingPlayer
 from tactile_maps.recording.recorder import Recorder, record
 from tactile_maps.recording.recover import recover
-from tactile_maps.recording.verify import verify
+from tactile_maps.recording.verify import Resimulation, verify
 from tactile_maps.session.inputs import MapEdited, PosturePlaced, RestChanged
 from tactile_maps.session.session import Session
 from tactile_maps.tactile.poke import Finger, PokePressed, PokeReleased
 from tests.support.pressed_arm import forearm
+from tests.support.recordings import small_arm
 
 
 @pytest.mark.long
@@ -29,6 +30,29 @@ def test_the_same_inputs_give_the_same_run(recording):
     assert outcome.identical
     assert outcome.max_difference == 0.0
     assert outcome.first_difference is None
+
+
+@pytest.mark.parametrize("pressed", [False, True], ids=["script", "pressed by the user"])
+def test_continued_recording_plays_the_script_unless_a_press_had_ended_it(tmp_path, pressed):
+    prepared = small_arm()
+    session = Session(prepared)
+    with Recorder(prepared, tmp_path / "a.mcap") as recorder:
+        for tick in range(60):
+            if pressed and tick == 30:
+                session.submit(PokePressed(1, prepared.skin.taxel_point(30)))
+            recorder.write(session.tick(), session.inputs)
+    again = Resimulation(RecordingPlayer(tmp_path / "a.mcap"))
+    again.frame(60)
+    continued = again.session
+    assert continued.frame.pokes
+    continued.continue_script()
+    assert continued.scripted is not pressed
+    for _ in range(1000):  # the finger strokes, lifts and presses again
+        original = session.tick()
+        assert continued.tick().pressures.tobytes() == original.pressures.tobytes()
+        if not pressed and not original.pokes:
+            break
+    assert pressed == bool(continued.frame.pokes)
 
 
 @pytest.mark.long

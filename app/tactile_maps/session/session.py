@@ -413,6 +413,15 @@ class Session:
                 self._end_script()  # the same input would be rejected at every further tick
                 raise
 
+    def continue_script(self) -> None:
+        """Play the script of the scene from the current tick on, unless a press of the user has ended it.
+
+        For a session that was created without the script and received the inputs of one that played it.
+        """
+        pressed = {act.id for _, act in self.inputs if isinstance(act, PokePressed)}
+        self._starts_scripted = bool(self.prepared.scene.stimuli)
+        self.scripted = self._starts_scripted and pressed <= set(self._stimulus.fingers)
+
     def _end_script(self) -> None:
         self.scripted = False
         self._waiting += [PokeReleased(finger) for finger in self._stimulus.fingers]

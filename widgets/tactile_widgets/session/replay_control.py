@@ -231,4 +231,5 @@ class TakeOver(QObject):
         same = all(
             getattr(frame, name).tobytes() == getattr(recorded, name).tobytes() for name in ("posture", "velocity")
         )
+        self._again.session.continue_script()
         self.done.emit(self._again.session, same)
