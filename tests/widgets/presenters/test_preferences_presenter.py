@@ -71,6 +71,33 @@ def test_style_of_navigation_moves_the_camera_at_once(window, dialog):
     assert [hint.partition(":")[0] for hint in hints] == ["1  Right-drag", "1  Ctrl-drag", "1  Middle-drag"]
 
 
+def test_folder_of_recordings_can_be_typed(window, dialog, tmp_path, monkeypatch):
+    monkeypatch.setattr(FileDialog, "choose_folder", lambda *_args: pytest.fail("Return chose a folder"))
+    before = dialog.folder.text()
+
+    def enter(text):
+        dialog.folder.selectAll()
+        QTest.keyClicks(dialog.folder, text)
+        QTest.keyClick(dialog.folder, Qt.Key.Key_Return)
+
+    (tmp_path / "file").touch()
+    for text in ("nonsense *?", str(tmp_path / "file" / "below")):
+        enter(text)
+        assert dialog.isVisible()
+        assert text in window.notification_bar.text
+        assert dialog.folder.text() == before
+        assert window.settings.preferences.recordings == ""
+    enter(str(tmp_path / "new" / "folder"))
+    assert window.notification_bar.text == ""
+    assert dialog.folder.text() == window.settings.preferences.recordings == str(tmp_path / "new" / "folder")
+    assert (tmp_path / "new" / "folder").is_dir()
+    dialog.folder.selectAll()
+    QTest.keyClick(dialog.folder, Qt.Key.Key_Delete)
+    QTest.keyClick(dialog.folder, Qt.Key.Key_Return)
+    assert window.settings.preferences.recordings == ""
+    assert dialog.folder.text() == before
+
+
 def test_preferences_act_are_stored_and_restored(window, dialog, tmp_path, monkeypatch):
     chosen = tmp_path / "elsewhere"
     chosen.mkdir()

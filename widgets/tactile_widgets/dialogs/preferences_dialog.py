@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import cast
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import (
@@ -51,6 +52,8 @@ class PreferencesDialog(QDialog):
     """The user changed a value."""
     folder_requested = Signal()
     """The user requested to choose the folder of recordings."""
+    folder_entered = Signal(str)
+    """The user entered another folder of recordings; empty for the default one."""
 
     def __init__(self, preferences: Preferences, default_folder: Path, parent: QWidget) -> None:
         super().__init__(parent)
@@ -59,9 +62,9 @@ class PreferencesDialog(QDialog):
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self._default_folder = default_folder
         self._shown = preferences
-        self.folder = make(QLineEdit, self, objectName="recordings-folder", readOnly=True)
+        self.folder = make(QLineEdit, self, objectName="recordings-folder", editingFinished=self._on_folder_edited)
         self.folder.setToolTip("New recordings are written here, also those of stopped sessions and of replayed runs")
-        self.choose = make(QPushButton, "Choose…", self, clicked=self.folder_requested)
+        self.choose = make(QPushButton, "Choose…", self, autoDefault=False, clicked=self.folder_requested)
         self.theme = self._choice("theme", _THEMES, "Colours of the window")
         self.navigation = self._choice("navigation", _STYLES, "Mouse buttons that move both views; the wheel zooms")
         self.rate = self._choice("frame-rate", _RATES, "Fewer pictures of the robot leave more time for the simulation")
@@ -100,6 +103,8 @@ class PreferencesDialog(QDialog):
         self.restore = QPushButton("Restore defaults", self)
         self.restore.clicked.connect(self._on_restore)
         buttons.addButton(self.restore, QDialogButtonBox.ButtonRole.ResetRole)
+        for button in buttons.buttons():  # Return enters the folder, and presses no button
+            cast("QPushButton", button).setAutoDefault(False)
         buttons.rejected.connect(self.reject)
         whole = QVBoxLayout(self)
         whole.addLayout(form)
@@ -115,6 +120,11 @@ class PreferencesDialog(QDialog):
             box.setCurrentIndex(box.findData(value))
         for question, check in self.questions.items():
             check.setChecked(preferences.asks(question))
+
+    def _on_folder_edited(self) -> None:
+        text = self.folder.text().strip()
+        if text != (self._shown.recordings or str(self._default_folder)):
+            self.folder_entered.emit(text)
 
     def _on_changed(self, _changed: object = None) -> None:
         self._shown = replace(

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 from PySide6.QtWidgets import QWidget
 
+from tactile_maps.core.errors import RecordingError, TactileMapsError
 from tactile_widgets.common.colours import Theme
 from tactile_widgets.common.settings import Preferences
 from tactile_widgets.context.app_context import AppContext
@@ -13,6 +15,7 @@ from tactile_widgets.context.presenter import Presenter
 from tactile_widgets.dialogs.preferences_dialog import PreferencesDialog
 from tactile_widgets.panels.control.posture_panel import PosturePanel
 from tactile_widgets.presenters.session.session_presenter import recordings_folder
+from tactile_widgets.session.recording_writer import make_recording_folder
 
 
 class PreferencesPresenter(Presenter):
@@ -41,6 +44,7 @@ class PreferencesPresenter(Presenter):
             self.dialog = PreferencesDialog(self._context.settings.preferences, recordings_folder(), self._window)
             self.dialog.changed.connect(self.use)
             self.dialog.folder_requested.connect(self._choose_folder)
+            self.dialog.folder_entered.connect(self._enter_folder)
             self.dialog.finished.connect(self._on_closed)
         self.dialog.show()
         self.dialog.activateWindow()
@@ -63,7 +67,30 @@ class PreferencesPresenter(Presenter):
 
     def _choose_folder(self) -> None:
         folder = self._context.dialogs.open_folder("Folder of recordings")
-        if folder and self.dialog is not None:
+        if folder:
+            self._use_folder(folder)
+
+    def _enter_folder(self, text: str) -> None:
+        """Use a folder that was typed, which is made if it does not exist; show the current one if that fails."""
+        folder = Path(text).expanduser()
+        if not text:
+            self._use_folder("")
+            return
+        try:
+            if not folder.is_absolute():
+                raise RecordingError(
+                    "recordings need a complete path", value=text, remedy="Begin at the root or with ~"
+                )
+            make_recording_folder(folder)
+        except TactileMapsError as error:
+            self._notifier.fault(str(error), of="preferences")
+            self._use_folder(self._context.settings.preferences.recordings)
+        else:
+            self._notifier.succeed("preferences")
+            self._use_folder(str(folder))
+
+    def _use_folder(self, folder: str) -> None:
+        if self.dialog is not None:
             chosen = replace(self._context.settings.preferences, recordings=folder)
             self.dialog.show_preferences(chosen)
             self.use(chosen)
