@@ -118,7 +118,7 @@ def test_progress_is_reported_and_may_cancel(document):
 
 @pytest.mark.parametrize("lengths", [-0.1, 1.1, np.nan])
 def test_the_slider_has_two_ends(document, lengths):
-    with pytest.raises(MapError, match="from 0 to 1"):
+    with pytest.raises(MapError, match=r"share of lengths is out of range.*Choose 0 to 1"):
         set_lengths(document, [0], lengths)
 
 

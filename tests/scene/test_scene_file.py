@@ -15,6 +15,7 @@ from tactile_maps.scene.scene_file import (
     load_scene,
     scene_for,
     scene_from_toml,
+    scene_in_folder,
     scene_names,
     scene_to_toml,
     with_grid,
@@ -196,6 +197,30 @@ def test_unreadable_file_is_rejected(tmp_path, content):
         path.write_bytes(content)
     with pytest.raises(SceneError, match="bad.toml"):
         load_scene(str(path))
+
+
+def test_scene_with_its_files_can_be_moved_to_another_folder(tmp_path, monkeypatch):
+    folder = tmp_path / "project"
+    (folder / "parts").mkdir(parents=True)
+    outside = tmp_path / "shared.csv"
+    for file in (folder / "rod.xml", folder / "parts" / "ball.stl", folder / "arm", outside):
+        file.touch()
+    monkeypatch.chdir(folder)
+    scene = replace(
+        scene_for("rod.xml"),
+        package_roots=(str(folder / "parts"),),
+        taxel_files=(str(outside),),
+        objects=(ObjectSpec("ball", "mesh", size=(1.0,), file=str(folder / "parts" / "ball.stl")),),
+    )
+    (folder / "s.toml").write_text(scene_to_toml(scene_in_folder(scene, folder)))
+    assert scene_in_folder(scene_for("arm"), folder).robot == "arm", "the robot of the program, not the file"
+    monkeypatch.chdir(tmp_path)
+    moved = folder.rename(tmp_path / "moved")
+    read = load_scene(str(moved / "s.toml"))
+    assert read.robot == str(moved / "rod.xml")
+    assert read.package_roots == (str(moved / "parts"),)
+    assert read.taxel_files == (str(outside),)
+    assert [spec.file for spec in read.objects] == [str(moved / "parts" / "ball.stl")]
 
 
 def test_unknown_name_is_rejected_with_the_nearest_one():

@@ -121,7 +121,7 @@ def set_lengths(document: MapDocument, numbers: Iterable[int], lengths: float) -
         MapError: Unknown patch, a value outside 0 to 1, or a method without slider.
     """
     if not 0 <= lengths <= 1:
-        raise MapError("the slider between angles and lengths goes from 0 to 1", value=lengths)
+        raise MapError("the share of lengths is out of range", place="lengths", value=lengths, remedy="Choose 0 to 1")
     chosen = document.chosen(numbers)
     for patch in (document.patches[k] for k in chosen):
         if not find_method(patch.method).slides:

@@ -69,7 +69,7 @@ def flatten(
     how = find_method(method)
     plan = seams or SeamPlan()
     if not 0 <= lengths <= 1:
-        raise MapError("the slider between angles and lengths goes from 0 to 1", place="lengths", value=lengths)
+        raise MapError("the share of lengths is out of range", place="lengths", value=lengths, remedy="Choose 0 to 1")
     if not surface.area > 0:
         raise MapError("the surface has no area to flatten", place=name, value=f"{len(surface.faces)} faces")
     job = _FlatteningJob(surface, how, lengths, plan, name, on_round)

@@ -399,7 +399,7 @@ class PinnedPatch:
 
 def _check(surface: Mesh, chart: Chart, lengths: float, name: str) -> None:
     if not 0 <= lengths <= 1:
-        raise MapError("the slider between angles and lengths goes from 0 to 1", place=name, value=lengths)
+        raise MapError("the share of lengths is out of range", place=name, value=lengths, remedy="Choose 0 to 1")
     same = chart.faces.shape == surface.faces.shape and chart.vertex_of.max(initial=-1) < len(surface.vertices)
     sized = len(chart.plane) == len(chart.vertex_of)
     if not (same and sized and (chart.vertex_of[chart.faces] == surface.faces).all()):

@@ -114,6 +114,28 @@ def scene_to_toml(scene: Scene) -> str:
     return "\n".join(parts) + "\n"
 
 
+def scene_in_folder(scene: Scene, folder: Path) -> Scene:
+    """Return a scene to be written in ``folder``: files in it are named relative to it, others with their whole path.
+
+    The folder can then be moved or copied, and a file named relative to the working directory is found from anywhere.
+    """
+    base = Path(os.path.abspath(folder))
+
+    def named(file: str) -> str:
+        if not file or not os.path.exists(file):
+            return file
+        path = Path(os.path.abspath(file))
+        return path.relative_to(base).as_posix() if path.is_relative_to(base) else str(path)
+
+    return replace(
+        scene,
+        robot=named(scene.robot) if Path(scene.robot).suffix else scene.robot,
+        package_roots=tuple(map(named, scene.package_roots)),
+        taxel_files=tuple(map(named, scene.taxel_files)),
+        objects=tuple(replace(spec, file=named(spec.file)) for spec in scene.objects),
+    )
+
+
 def _taxel_files(table: TomlReader) -> tuple[str, ...]:
     files = table.value(table.raw.get(_TAXELS, ""), str | tuple[str, ...], (_TAXELS,))
     return tuple(file for file in ([files] if isinstance(files, str) else files) if file)

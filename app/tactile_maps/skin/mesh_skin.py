@@ -167,7 +167,7 @@ def _components_with_specs(whole: _Surface, spec: PlacementSpec, name: str) -> t
             "no piece of the mesh is large enough for a taxel",
             place=name,
             value=f"{len(areas)} pieces, the largest of {1e6 * areas.max(initial=0.0):.3g} mm²",
-            remedy="Place more taxels, or join the pieces",
+            remedy="Place more taxels, reduce the pitch, or join the pieces",
         )
     large = large[np.argsort(-areas[large], kind="stable")]
     counts = [None] * len(large) if spec.taxels is None else share_by_area(areas[large], spec.taxels).tolist()

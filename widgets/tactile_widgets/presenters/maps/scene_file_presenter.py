@@ -18,7 +18,7 @@ from tactile_maps.core.errors import SceneError
 from tactile_maps.core.files import read_bounded_text, write_atomically
 from tactile_maps.scene.effects import Effects, Override
 from tactile_maps.scene.scene import Scene
-from tactile_maps.scene.scene_file import MOST_BYTES, scene_from_toml, scene_to_toml
+from tactile_maps.scene.scene_file import MOST_BYTES, scene_from_toml, scene_in_folder, scene_to_toml
 from tactile_maps.session.prepare import PreparedScene
 from tactile_maps.session.runtime_settings import RuntimeSettings
 from tactile_widgets.common.file_dialogs import SCENE_FILTER
@@ -182,7 +182,8 @@ class SceneFilePresenter(Presenter):
         if scene is None:
             return False
         try:
-            write_atomically(Path(path), scene_to_toml(scene).encode("utf8"), error=SceneError)
+            text = scene_to_toml(scene_in_folder(scene, Path(path).parent))
+            write_atomically(Path(path), text.encode("utf8"), error=SceneError)
         except SceneError as error:
             self._notifier.fault(str(error), of="save scene")
             return False
