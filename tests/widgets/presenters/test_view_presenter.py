@@ -201,17 +201,17 @@ def flipped_map(prepared):
 
 @pytest.mark.long
 @pytest.mark.parametrize("ground", [BaseLayer.PRESSURE, BaseLayer.ANGLE])
-def test_flipped_triangles_are_marked_red_and_counted(qtbot, prepared, ground):
+def test_flipped_triangles_are_marked_red_and_counted(qtbot, small_arm, ground):
     view = layered_map_view(DARK, PressureScale())
     qtbot.addWidget(view)
     view.resize(700, 600)
     view.set_overlays(replace(at_first(LAYERS), base=ground))
-    spoiled = flipped_map(prepared)
+    spoiled = flipped_map(small_arm)
     found = FlawFinder().of(MapDocument.of(spoiled)).flips
     assert len(found) > 0
     reds = []
-    for map_ in (prepared.map, spoiled):
-        view.show_prepared(replace(prepared, map=map_))
+    for map_ in (small_arm.map, spoiled):
+        view.show_prepared(replace(small_arm, map=map_))
         view.show()
         qtbot.waitExposed(view)
         shown = look(view)

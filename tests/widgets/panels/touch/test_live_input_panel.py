@@ -24,6 +24,11 @@ from tactile_widgets.session.live_input import LiveInputSettings
 from tests.widgets.support.window_driver import run
 
 
+@pytest.fixture(scope="module")
+def prepared(small_arm):
+    return small_arm
+
+
 @pytest.fixture
 def window(window_again):
     """The shared window; each test closes its connection."""

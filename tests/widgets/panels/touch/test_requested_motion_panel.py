@@ -22,6 +22,11 @@ from tests.support.touch import bar_skin, prepared_bar
 from tests.widgets.support.window_driver import run
 
 
+@pytest.fixture(scope="module")
+def prepared(small_arm):
+    return small_arm
+
+
 @pytest.fixture
 def driver():
     """A robot's driver on this computer."""
