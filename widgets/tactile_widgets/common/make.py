@@ -25,15 +25,15 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-_FRAME = QSize(24, 60)
+_FRAME = 60
 """Room for the frame and the title of a window [px]."""
 T = TypeVar("T", bound=QObject)
 Part = QWidget | QLayout | None
 
 
 def resize_on_screen(window: QWidget, width: int, height: int) -> None:
-    """Resize a window, but not beyond its screen: buttons at the lower edge would be out of reach."""
-    window.resize(QSize(width, height).boundedTo(window.screen().availableSize() - _FRAME))
+    """Resize a window, but no higher than its screen: buttons at the lower edge would be out of reach."""
+    window.resize(width, min(height, window.screen().availableSize().height() - _FRAME))
 
 
 def make(kind: Callable[..., T], *args: object, **settings: Any) -> T:
