@@ -18,6 +18,7 @@ from tactile_maps.studies.sweeps.needs import (
     measure,
     outputs_of,
     switched_to,
+    verdict_of,
 )
 from tactile_maps.studies.testbeds.decision_scenes import decision_scenes
 from tests.support.touch import prepared_bar
@@ -112,6 +113,19 @@ def test_choices_that_are_more_than_on_and_off_are_switched_too():
     assert switched_to(decided["skin"]) == "water-fill"
     assert switched_to(decided["integrator"]) == "implicit"
     assert switched_to(decided["timestep"]) == pytest.approx(0.0025)
+
+
+@pytest.mark.parametrize(
+    ("effect", "small", "large"),
+    [
+        ("skin", Verdict.SPARE, Verdict.NEEDED),
+        ("friction", Verdict.RIGHTLY_OFF, Verdict.MISSING),
+        ("timestep", Verdict.FINE_ENOUGH, Verdict.TOO_COARSE),
+    ],
+)
+def test_change_above_the_tolerance_means_that_an_effect_matters(effect, small, large):
+    row = row_of(decision_scenes()["poke"], effect)
+    assert [verdict_of(row, factor * TOLERANCE) for factor in (0.9, 1.1)] == [small, large]
 
 
 @pytest.mark.long

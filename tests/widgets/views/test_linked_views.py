@@ -25,14 +25,13 @@ class Paints(QObject):
         return False
 
 
-@pytest.mark.long
-def test_map_is_painted_within_show_frame(window, prepared):
+def test_map_is_painted_within_show_frame(window_again, prepared):
     """No event is processed in between, so that the robot view cannot be drawn first."""
     frame = Session(prepared, scripted=False).tick()
-    viewport = window.map_view.viewport()
+    viewport = window_again.map_view.viewport()
     paints = Paints()
     viewport.installEventFilter(paints)
-    window.views.show_frame(frame)
+    window_again.views.show_frame(frame)
     viewport.removeEventFilter(paints)
     assert paints.count == 1
 

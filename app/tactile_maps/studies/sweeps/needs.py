@@ -199,12 +199,13 @@ def _row(prepared: PreparedScene, decided: Mapping[str, FloatArray], row: Effect
     return facts | {
         "change": changes[worst],
         "output": worst,
-        "verdict": _verdict(row, changes[worst]).value,
+        "verdict": verdict_of(row, changes[worst]).value,
         "cpu_s": spent,
     }
 
 
-def _verdict(row: EffectRow, change: float) -> Verdict:
+def verdict_of(row: EffectRow, change: float) -> Verdict:
+    """Return the conclusion from the largest change of an output when this effect is switched."""
     if row.name in ("timestep", "integrator"):
         return Verdict.TOO_COARSE if change > TOLERANCE else Verdict.FINE_ENOUGH
     if row.on:

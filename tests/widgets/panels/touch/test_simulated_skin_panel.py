@@ -113,7 +113,6 @@ def test_counts_are_refused_in_words(window, tmp_path, meeting):
     assert text(panel, "rms") == "–"
 
 
-@pytest.mark.long
 def test_folded_nothing_is_simulated(window, tmp_path, meeting, monkeypatch):
     asked = []
     monkeypatch.setattr(type(window.live.skin_comparison), "compare", lambda *request: asked.append(request))
