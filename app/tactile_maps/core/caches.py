@@ -59,7 +59,9 @@ def content_cache(
         @wraps(make)
         def known(*args: _Arguments.args, **kwargs: _Arguments.kwargs) -> _Made:
             key = _digest(content(*args, **kwargs))
-            result = made.pop(key) if key in made else make(*args, **kwargs)
+            result = made.pop(key, None)  # and last again
+            if result is None:
+                result = make(*args, **kwargs)
             made[key] = result
             while len(made) > most:
                 del made[next(iter(made))]

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,11 +17,14 @@ from tactile_maps.maps.build import build_map
 from tactile_maps.maps.learned.as_tactile_map import learned_tactile_map
 from tactile_maps.maps.learned.learned_map import LearnedMap
 from tactile_maps.maps.paths import path_about
+from tactile_maps.session.prepare import PreparedScene
 from tactile_maps.skin.calibration_error import with_calibration_error
 from tactile_maps.skin.model.skin import Skin
 from tactile_maps.studies.testbeds.fixed_ball import BALL, DEPTH, place_to_press, points_above, with_fixed_ball
 from tactile_maps.studies.testbeds.path_following import PathRun, PathSetup, TrueContact, run_path
 from tactile_maps.tactile.sensors.sensor_effects import GainSpread, SensorEffects
+from tests.control.robots.robot_models import RobotModel
+from tests.support.generated_robots import chain, model
 from tests.support.pressed_arm import forearm
 from tests.support.touch import prepared_bar
 
@@ -80,6 +85,31 @@ def test_ball_is_pressed_in_by_its_depth_and_touches_at_once():
     (region,) = session.frame.regions
     assert np.linalg.norm(region.link_position - prepared.skin.position(prepared.skin.taxel_point(taxel))) < 0.008
     assert prepared.scene.objects == (), "the given robot is unchanged"
+
+
+def caged_finger(folder: Path, posts: Sequence[int]) -> PreparedScene:
+    """Return a straight finger, 10 mm wide, within those of 12 posts, 8 mm wide, on a circle of 20 mm."""
+    angles = np.pi / 6 * np.array(posts)
+    capsules = "".join(
+        f'<body name="post{number}" pos="{0.02 * np.cos(angle):g} {0.02 * np.sin(angle):g} 0">'
+        '<geom type="capsule" size=".004" fromto="0 0 0 0 0 .3"/></body>'
+        for number, angle in enumerate(angles)
+    )
+    text = model(chain("xyyy", 0.05, ranges="-1.6 1.6") + capsules)
+    finger = RobotModel("caged", text, links=("link4",), taxels=200, thickness=0.001).prepare(folder)
+    return replace(finger, robot=replace(finger.robot, home=np.zeros(4)))
+
+
+def test_ball_is_placed_where_it_touches_nothing_else(tmp_path):
+    posts = range(4, 13)
+    prepared = caged_finger(tmp_path, posts)
+    taxel = place_to_press(prepared, radius=0.01)
+    (centre,) = points_above(prepared, np.array([taxel]), 0.01)
+    angles = np.pi / 6 * np.array(posts)
+    away = np.hypot(*(centre[:2, None] - 0.02 * np.array([np.cos(angles), np.sin(angles)])))
+    assert away.min() > 0.01 + 0.004
+    with pytest.raises(SkinError, match="touches something else too .found: radius 40 mm.. Choose another posture"):
+        place_to_press(prepared, radius=0.04)
 
 
 def test_bare_robot_cannot_be_pressed():
