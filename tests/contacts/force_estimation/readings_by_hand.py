@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from tactile_maps.contacts.detection.centre_of_pressure import SensorUncertainty
 from tactile_maps.contacts.detection.detection import ContactDetector
 from tactile_maps.contacts.force_estimation.estimate import ContactReading, Wrench
 from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
@@ -29,7 +30,8 @@ def reading(
     felt = HalfSpaceModel(SKIN, layer=layer) if depth else WaterFillModel(SKIN, layer=layer)
     pressures = felt.pressures([sphere_load("bar", PLACE, UP, force, 0.02)])
     pressures = pressures + np.random.default_rng(0).normal(0, noise, len(pressures)) * (noise > 0)
-    return ContactReading(ContactDetector(MAP).read(pressures)[0], pressures, noise, wrench=wrench)
+    detector = ContactDetector(MAP, errors=SensorUncertainty(noise=noise))
+    return ContactReading(detector.read(pressures)[0], pressures, noise, wrench=wrench)
 
 
 def without_region(given: ContactReading) -> ContactReading:
