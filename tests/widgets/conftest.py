@@ -158,12 +158,20 @@ def _write_into(folder: Path, patching: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def new_window(qtbot, prepared, backends, tmp_path, own_files):
-    """Window on the small arm, created for this test."""
+    """Window on the small arm, created for this test.
+
+    The shared window is hidden meanwhile: it has the same place and would receive the moves of the mouse.
+    """
+    covered = [widget for widget in QApplication.topLevelWidgets() if widget.isVisible()]
+    for widget in covered:
+        widget.hide()
     window = open_window(tmp_path, backends)
     window.live.show_prepared(prepared)
     QApplication.processEvents()
     yield window
     close_window(window)
+    for widget in covered:
+        widget.show()
 
 
 @pytest.fixture

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import pytest
 from PySide6.QtGui import QFont
 
+from tactile_maps.editing.document import MapDocument
 from tactile_widgets.common.colours import DARK, LIGHT, PressureScale
 from tests.widgets.support.layered_map_view import layered_map_view
 from tests.widgets.support.samples import leaf_map, middle_taxel, touched
@@ -18,13 +17,13 @@ HOVERED = 9
 
 
 @pytest.fixture
-def view(qtbot, prepared):
+def view(qtbot):
     leaves = leaf_map()
     view = layered_map_view(DARK, PressureScale(20.0))
     qtbot.addWidget(view)
     view.setFont(QFont("DejaVu Sans", 10))
     view.resize(640, 560)
-    view.show_prepared(replace(prepared, skin=leaves.skin, map=leaves))
+    view.show_document(MapDocument.of(leaves))
     view.show_frame(touched(leaves, [0, middle_taxel(leaves, 1)], radius=0.04))
     view.set_hover(leaves.skin.taxel_point(HOVERED))
     return view
