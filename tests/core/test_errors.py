@@ -20,6 +20,7 @@ from tactile_maps.core.errors import (
     UsageError,
     add_finding,
     describe_unexpected_error,
+    did_you_mean,
     errors_in_file,
     packages_of,
     places_finding,
@@ -153,3 +154,22 @@ def test_every_remedy_states_the_command_for_this_environment():
 def test_single_name_in_place_of_several_is_rejected_with_the_sequence(build, place):
     with pytest.raises(TactileMapsError, match=rf'{place}.*a single name.*{place}=\("[a-z.]+",\)'):
         build()
+
+
+@pytest.mark.parametrize(
+    ("word", "known", "remedy"),
+    [
+        ("Frction", ("friction", "skin"), "Did you mean friction? Choose one of: friction, skin"),
+        ("leftarm", ("LeftArm", "Torso"), "Did you mean LeftArm? Choose one of: LeftArm, Torso"),
+        ("tab", ("tap", "slip"), "Did you mean tap? Choose one of: tap, slip"),
+        ("degrees", ("deg", "rad"), "Did you mean deg? Choose one of: deg, rad"),
+        ("foo", ("robot", "cover"), "Choose one of: robot, cover"),
+        ("bar", ("layer",), "Choose one of: layer"),
+        ("camera", ("name",), "Choose one of: name"),
+        ("friction", ("description",), "Choose one of: description"),
+        ("abroad", ("a", "rb"), "Choose one of: a, rb"),
+        ("foo", (), "There are none"),
+    ],
+)
+def test_remedy_names_only_a_word_of_similar_spelling(word, known, remedy):
+    assert did_you_mean(word, known) == remedy

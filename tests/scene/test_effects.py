@@ -6,7 +6,7 @@ from dataclasses import fields, is_dataclass
 
 import pytest
 
-from tactile_maps.core.errors import SceneError, did_you_mean
+from tactile_maps.core.errors import SceneError
 from tactile_maps.scene.effects import EFFECTS, SENSOR_KEYS, Effects, effect_entry
 from tactile_maps.tactile.sensors.sensor_effects import Noise
 
@@ -81,11 +81,3 @@ def test_impossible_override_is_rejected(key, override, place, words):
         effect_entry(key).checked(override)
     assert place in str(caught.value.place)
     assert words in str(caught.value)
-
-
-def test_remedy_names_the_nearest_word():
-    assert did_you_mean("Frction", ("friction", "skin")).startswith(
-        "Did you mean friction? Choose one of: friction, skin"
-    )
-    assert did_you_mean("zzz", ("friction",)) == "Choose one of: friction"
-    assert did_you_mean("zzz", ()) == "There are none"

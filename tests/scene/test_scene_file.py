@@ -133,7 +133,7 @@ def test_every_field_is_written_and_read():
         ("robot = 'arm'\nobjects = 5", "line 2, objects.*tables.*objects"),
         ("robot = 'arm'\n[[objects]]\nkind = 'box'", "line 2, objects.*missing.*name"),
         (
-            "robot = 'arm'\n[[objects]]\nname = 'b'\nkind = 'bocks'",
+            "robot = 'arm'\n[[objects]]\nname = 'b'\nkind = 'boxx'",
             "line 4, objects.kind.*Did you mean box.*probe, plane",
         ),
         ("robot = 'arm'\n[[objects]]\nname = 'b'\nkind = 'box'\nsize = [1]", "line 5, objects.size.*x, y, z"),

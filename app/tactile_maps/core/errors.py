@@ -226,10 +226,16 @@ def parser_message(error: Exception) -> str:
 
 
 def did_you_mean(word: str, known: tuple[str, ...]) -> str:
-    """Return the remedy for an unknown word: the nearest spelling, and all known words."""
-    close = get_close_matches(word.lower(), known, n=1, cutoff=0.5)
+    """Return the remedy for an unknown word: the known word of a similar spelling, if any, and all known words.
+
+    Similar are words with one typing error, and a word of which the other is an abbreviation, as in ``deg``.
+    """
+    folded = {name.casefold(): name for name in known}
+    asked = word.casefold()
+    close = get_close_matches(asked, folded, n=1, cutoff=0.65)  # 0.67: one of three letters differs
+    close = close or [name for name in folded if len(name) > 2 and asked.startswith(name)]
     every = f"Choose one of: {', '.join(known)}" if known else "There are none"
-    return f"Did you mean {close[0]}? {every}" if close else every
+    return f"Did you mean {folded[close[0]]}? {every}" if close else every
 
 
 def places_finding(

@@ -5,7 +5,6 @@ iCub (torso and left arm, or the whole body) comes from the wheel ``icub-models`
 
 from __future__ import annotations
 
-import difflib
 import os
 import re
 import sys
@@ -18,7 +17,7 @@ from typing import TypeAlias
 from xml.etree.ElementTree import Element
 
 from tactile_maps.core.assets import asset
-from tactile_maps.core.errors import RobotError, check_names, install_line
+from tactile_maps.core.errors import RobotError, check_names, did_you_mean, install_line
 from tactile_maps.robots.files.mesh_files import MESH_SUFFIXES
 from tactile_maps.robots.formats.mjcf import load_mjcf
 from tactile_maps.robots.formats.urdf import read_urdf, robot_from_urdf
@@ -256,11 +255,5 @@ def _download(name: str, home: Home) -> Robot:
 
 
 def _unknown(name: str) -> RobotError:
-    names = [entry.name for entry in list_robots()]
-    close = difflib.get_close_matches(name, names, n=1, cutoff=0.4)
-    hint = f"Did you mean {close[0]}? " if close else ""
-    return RobotError(
-        "unknown robot",
-        value=name,
-        remedy=f"{hint}Choose one of: {', '.join(names)}, or give the path of a file",
-    )
+    names = tuple(entry.name for entry in list_robots())
+    return RobotError("unknown robot", value=name, remedy=f"{did_you_mean(name, names)}, or give the path of a file")
