@@ -55,6 +55,13 @@ def test_port_in_use_is_rejected_and_a_closed_source_reports_it(udp):
         other.receive(0.0)
 
 
+@pytest.mark.parametrize("host", ["192.0.2.1", "no-such-host.invalid"])
+def test_address_of_another_computer_is_not_blamed_on_the_port(host):
+    source = UdpSource(host, 0, token=SECRET, remote=True)
+    with pytest.raises(LiveError, match="this computer does not have the address.*127.0.0.1, or 0.0.0.0"):
+        source.open()
+
+
 def test_packets_without_the_token_are_rejected():
     source = UdpSource("127.0.0.1", 0, token=SECRET)
     connection = Connection(source)

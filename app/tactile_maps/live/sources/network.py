@@ -5,6 +5,7 @@ By default only packets from this machine are received; packets from others requ
 
 from __future__ import annotations
 
+import errno
 import ipaddress
 import selectors
 import socket
@@ -134,8 +135,13 @@ class UdpSource:
             opened.setblocking(False)
         except (OSError, OverflowError) as error:
             opened.close()
-            remedy = "Choose another port, or close the program that listens there"
-            raise LiveError("cannot listen on the port", place=self.address, value=error, remedy=remedy) from error
+            if isinstance(error, socket.gaierror) or getattr(error, "errno", None) == errno.EADDRNOTAVAIL:
+                problem = "this computer does not have the address"
+                remedy = "Give one of its own, such as 127.0.0.1, or 0.0.0.0 for all of them"
+            else:
+                problem = "cannot listen on the port"
+                remedy = "Choose another port, or close the program that listens there"
+            raise LiveError(problem, place=self.address, value=error, remedy=remedy) from error
         self._socket = opened
         self.port = opened.getsockname()[1]
         self._readable = selectors.DefaultSelector()

@@ -6,6 +6,7 @@ import os
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from ipaddress import ip_address
 from pathlib import Path
 from urllib.parse import SplitResult, parse_qs, parse_qsl, urlsplit
 
@@ -164,16 +165,23 @@ def host_and_port(
         parameters: Names that the address may have after a question mark.
 
     Raises:
-        UsageError: The port is not a whole number up to 65535, or it is 0 without ``any_free``, or the address has
-            other parameters after a question mark.
+        UsageError: The host is a number that is not an IP address, the port is not a whole number up to 65535, or it is
+            0 without ``any_free``, or the address has other parameters after a question mark.
     """
     parts = _split(address)
     _refuse_unknown_parameters(address, parts, *parameters)
+    host = parts.hostname or "127.0.0.1"
+    if not host.strip("0123456789."):
+        try:
+            ip_address(host)
+        except ValueError as error:
+            remedy = "Give four numbers from 0 to 255, such as 127.0.0.1 for this computer"
+            raise UsageError("invalid IP address", place=address, value=host, remedy=remedy) from error
     port = parts.port
     if port == 0 and not any_free:
         remedy = f"Give the port of the other program, 1 to 65535, or none for {default}"
         raise UsageError("no program can be reached at port 0", value=address, remedy=remedy)
-    return parts.hostname or "127.0.0.1", default if port is None else port
+    return host, default if port is None else port
 
 
 def _split(address: str) -> SplitResult:
