@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 from PySide6.QtWidgets import QWidget
 
@@ -42,7 +44,7 @@ def test_folder_is_remembered_by_kind_and_name_by_default_name(dialogs, tmp_path
     folder = tmp_path / "maps"
     folder.mkdir()
     opened = choose(monkeypatch, folder / "left.npz", "", "")
-    dialogs.save_file("Save map", "arm.npz", "Tactile maps (*.npz)")
+    Path(dialogs.save_file("Save map", "arm.npz", "Tactile maps (*.npz)")).write_bytes(b"a map")
     shown = []
     monkeypatch.setattr(FileDialog, "open_file", lambda _parent, _title, start, _kinds: shown.append(start) or "")
     dialogs.open_file("Open map", "Tactile maps (*.npz *.obj)")
@@ -58,3 +60,22 @@ def test_existing_completed_name_requires_confirmation(dialogs, tmp_path, monkey
     opened = choose(monkeypatch, tmp_path / "a", tmp_path / "b")
     assert dialogs.save_file("Save map", "arm.npz", "Maps (*.npz)") == str(tmp_path / "b.npz")
     assert opened[1] == str(tmp_path / "a.npz"), "the dialog opens again, and asks by itself about this name"
+
+
+def test_folder_and_name_of_a_save_are_remembered_once_it_succeeded(dialogs, tmp_path, monkeypatch):
+    good = tmp_path / "good"
+    failed = tmp_path / "failed"
+    for folder in (good, failed):
+        folder.mkdir()
+        (folder / "old.npz").write_bytes(b"an older map")
+    opened = choose(monkeypatch, good / "old.npz", failed / "old.npz", failed / "new.npz", "", "")
+    for _ in range(3):  # the first two in place of an old file
+        chosen = Path(dialogs.save_file("Save map", "arm.npz", "Tactile maps (*.npz)"))
+        if chosen.parent == good:
+            chosen.write_bytes(b"another map")
+    dialogs.save_file("Save map", "arm.npz", "Tactile maps (*.npz)")
+    assert opened[1:] == [str(good / "old.npz")] * 3
+    (failed / "new.npz").write_bytes(b"a map that took long")
+    dialogs.remember_saved()
+    dialogs.save_file("Save map", "arm.npz", "Tactile maps (*.npz)")
+    assert opened[4] == str(failed / "new.npz")

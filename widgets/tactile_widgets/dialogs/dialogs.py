@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from PySide6.QtCore import Qt
@@ -15,11 +16,25 @@ from tactile_widgets.common.settings import Settings
 
 Button = QMessageBox.StandardButton
 
+_State = tuple[int, int, int]
+
+
+@dataclass(frozen=True)
+class _ChosenFile:
+    """A file that was chosen in a dialog for saving, and its state ``before`` it is written."""
+
+    title: str
+    default: str
+    kinds: str
+    path: str
+    before: _State | None
+
 
 class Dialogs:
     """Dialogs of a window. A file dialog opens in the folder of the last file of its kind.
 
-    A dialog for saving proposes the name that was chosen the last time instead of the same default name.
+    A dialog for saving proposes the name that was chosen the last time instead of the same default name. Folder and
+    name of a file to save are stored once the file is written, which may be in the background.
 
     Args:
         parent: The window.
@@ -30,6 +45,7 @@ class Dialogs:
         self._parent = parent
         self._settings = settings
         self._shown: dict[str, QMessageBox] = {}
+        self._saving: list[_ChosenFile] = []
 
     def open_file(self, title: str, kinds: str) -> str:
         """Ask for a file to read; return an empty text if none is chosen."""
@@ -68,10 +84,19 @@ class Dialogs:
 
     def _saved(self, title: str, default: str, kinds: str, path: str) -> str:
         if path:
-            self._settings.set_name(title, default, Path(path).name)
-        return self._chosen(title, kinds, path)
+            self._saving.append(_ChosenFile(title, default, kinds, path, _state(path)))
+        return path
+
+    def remember_saved(self) -> None:
+        """Store the folders and names of chosen files that have been written since."""
+        written = [one for one in self._saving if _state(one.path) not in (None, one.before)]
+        self._saving = [one for one in self._saving if one not in written]
+        for one in written:
+            self._settings.set_name(one.title, one.default, Path(one.path).name)
+            self._chosen(one.title, one.kinds, one.path)
 
     def _folder(self, title: str, kinds: str) -> str:
+        self.remember_saved()
         found = (self._settings.folder(key) for key in (_kind(title, kinds), title))
         return next((folder for folder in found if folder and Path(folder).is_dir()), "")
 
@@ -131,6 +156,15 @@ class Dialogs:
         box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         box.open()
         return box
+
+
+def _state(path: str) -> _State | None:
+    """Return what changes when a file or folder is written or replaced; None if there is none."""
+    try:
+        found = os.stat(path)
+    except OSError:
+        return None
+    return found.st_ino, found.st_mtime_ns, found.st_size
 
 
 def _kind(title: str, kinds: str) -> str:

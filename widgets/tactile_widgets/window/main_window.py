@@ -355,6 +355,7 @@ class MainWindow(QMainWindow):
         self.settings.geometry = self.saveGeometry()
         self.settings.layout = self.panel_docks.layout
         self.presenters.close()
+        self.context.dialogs.remember_saved()
         self.live.close()
         self.more_views.close()
         self.robot_view.close_view()
