@@ -19,7 +19,7 @@ from tactile_maps.scene.effects import EFFECTS
 from tactile_maps.scene.scene import Scene
 from tactile_maps.session.prepare import PreparedScene
 from tactile_widgets.__main__ import main
-from tests.support.command_line import call
+from tests.support.command_line import call, result_of
 from tests.support.generated_robots import arm
 from tests.support.hollows import hollow
 from tests.support.recordings import record, small_arm
@@ -203,3 +203,36 @@ def test_limits_of_a_robot_are_listed(capsys, tmp_path):
     assert any(line.startswith("Reach          1.1") for line in lines)
     assert any(line.startswith("Inertia ratio") for line in lines)
     assert any("home-chosen" in line for line in lines)
+
+
+TETRAHEDRON = "v 0 0 0\nv 100 0 0\nv 0 100 0\nv 0 0 100\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
+
+
+def test_repairs_of_a_bare_mesh_are_those_that_map_lists(capsys, tmp_path):
+    mesh = tmp_path / "pad.obj"
+    mesh.write_text(TETRAHEDRON + "f 1 1 2\n")
+    problems = result_of(capsys, "inspect", mesh)["problems"]
+    assert [problem["kind"] for problem in problems] == ["units", "zero-area-face"]
+    made = result_of(capsys, "map", mesh, "--taxels", 20)["findings"]
+    assert [[p["kind"], p["where"], p["remedy"], p["count"]] for p in problems] == [
+        [f["kind"], f["where"], f["action"], f["count"]] for f in made if f["kind"] != "seam-added"
+    ]
+
+
+def test_mesh_without_room_for_taxels_is_described_with_the_problem(capsys, tmp_path):
+    mesh = tmp_path / "shreds.obj"
+    corners = [f"v {number} 0 0\nv {number}.01 0 0\nv {number} 0.01 0\n" for number in range(3000)]
+    mesh.write_text("".join(corners) + "".join(f"f {3 * n + 1} {3 * n + 2} {3 * n + 3}\n" for n in range(3000)))
+    (problem,) = [one for one in result_of(capsys, "inspect", mesh)["problems"] if one["kind"] == "no-taxels"]
+    assert problem["where"] == "no piece of the mesh is large enough for a taxel"
+    assert "Place more taxels" in problem["remedy"]
+
+
+@pytest.mark.parametrize("command", ["inspect", "map"])
+def test_wrong_corner_of_a_mesh_is_one_line_in_both_commands(capsys, tmp_path, command):
+    mesh = tmp_path / "pad.obj"
+    mesh.write_text(TETRAHEDRON + "f 0 1 2\n")
+    status, _, err = call(capsys, command, mesh)
+    assert status == 1
+    assert len(err.strip().splitlines()) == 1
+    assert "pad.obj, line 9: a face names a vertex that is not among the 4 of the file (found: 0). Number" in err

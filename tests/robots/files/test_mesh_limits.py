@@ -12,7 +12,7 @@ from trimesh.visual import TextureVisuals
 
 from tactile_maps.core.errors import MeshError
 from tactile_maps.robots.files import mesh_limits
-from tactile_maps.robots.files.mesh_files import parse_mesh
+from tactile_maps.robots.files.mesh_files import parse_mesh, read_mesh
 from tactile_maps.robots.files.mesh_limits import reduced_glb, reduced_obj, reduced_stl
 from tests.files.small_bombs import dae
 
@@ -92,3 +92,34 @@ def test_depth_of_nodes_is_limited(children, rejected, tmp_path):
             mesh_limits.reduced_gltf(json.dumps(tree).encode(), tmp_path / "a.gltf")
     else:
         assert mesh_limits.reduced_gltf(json.dumps(tree).encode(), tmp_path / "a.gltf")
+
+
+@pytest.mark.parametrize(
+    ("face", "line", "value"),
+    [
+        ("f 0 2 1", 5, "0"),
+        ("f 0/1/1 2/1/1 1/1/1", 5, "0/1/1"),
+        ("f 1 2 5", 5, "5"),
+        ("f 1 2 -5", 5, "-5"),
+        ("f 1 2 3 0", 5, "0"),
+        ("f 1 2 \\\n  3 0", 6, "0"),
+        ("f 1.5 2 1", 5, "1.5"),
+    ],
+)
+def test_corner_of_an_obj_that_is_no_vertex_is_named_with_its_line(tmp_path, face, line, value):
+    path = tmp_path / "a.obj"
+    path.write_text(f"{CORNERS}{face}\nf 1 2 4\n")
+    with pytest.raises(MeshError, match=r"a face names a vertex that is not among the 4 of the file") as caught:
+        read_mesh(path)
+    assert (caught.value.file, caught.value.place, caught.value.value) == (path, f"line {line}", value)
+    assert "Number vertices from 1" in caught.value.remedy
+
+
+@pytest.mark.parametrize("face", ["f 1 2 -1", "f 1 2 \\\n  3", "f 1//1 2//1 3//1 4//1"])
+def test_corner_that_counts_back_or_is_continued_is_read(tmp_path, face):
+    path = tmp_path / "a.obj"
+    path.write_text(f"{CORNERS}vn 0 0 1\n{face}\n")
+    assert len(read_mesh(path).faces) == 1 + (face.count("//") == 4)
+
+
+CORNERS = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n"

@@ -14,7 +14,7 @@ from tactile_maps.cli.shared.map_quality import quality_fields
 from tactile_maps.cli.shared.output import plain_text, print_fields, print_json, print_line, progress_line
 from tactile_maps.cli.shared.robot_options import home_of, package_roots
 from tactile_maps.cli.shared.unused_options import refuse_with_input
-from tactile_maps.core.errors import Finding, RecordingError, UsageError
+from tactile_maps.core.errors import Finding, MeshError, RecordingError, SkinError, UsageError
 from tactile_maps.core.file_kinds import FileKind
 from tactile_maps.core.plugins import Plugin, Registry, unknown_kinds
 from tactile_maps.maps.formats.map_file import load_map
@@ -37,6 +37,7 @@ from tactile_maps.skin.link_pieces import collision_finding, hull_fit, link_piec
 from tactile_maps.skin.model.skin import Skin, identity_summary, identity_text, join_identities
 from tactile_maps.skin.model.skin_file import load_skin
 from tactile_maps.skin.model.taxel_axes import axes_summary, axes_text
+from tactile_maps.skin.open import open_skin
 
 REGISTRIES: Mapping[str, tuple[str, str]] = {
     "contact_models": ("tactile_maps.tactile.models.contact_model", "CONTACT_MODELS"),
@@ -179,7 +180,20 @@ def describe(
     if _is_scene(name):
         scene = open_scene(name, package_roots=package_roots, load=load_robot_cached)
         return _scene(replace(scene, home={**scene.home, **(home or {})}), name, costs=costs)
-    return {"kind": "robot", **_robot(load_robot(name, package_roots=package_roots, home=home))}
+    robot = _robot(load_robot(name, package_roots=package_roots, home=home))
+    if kind is FileKind.MESH:
+        robot["problems"] = _mesh_problems(name, robot["problems"])
+    return {"kind": "robot", **robot}
+
+
+def _mesh_problems(name: str, of_robot: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Problems of a bare mesh: those of its robot, and those that ``map`` notices and repairs when it places taxels."""
+    try:
+        problems = _problems(open_skin(name).findings)
+    except (MeshError, SkinError) as error:
+        problems = [{"kind": "no-taxels", "where": error.problem, "remedy": error.remedy or "", "count": 1}]
+    found = {problem["kind"] for problem in problems}
+    return [*(problem for problem in of_robot if problem["kind"] not in found), *problems]
 
 
 def _is_scene(name: str) -> bool:

@@ -125,9 +125,46 @@ def _check_parts(what: str, count: int, path: Path) -> None:
 _GROUP = re.compile(rb"^(?:usemtl|o|g)\b[^\n]*$", re.MULTILINE)
 
 
-def reduced_obj(data: bytes, _path: Path) -> bytes:
-    """Return an OBJ file without its groups and materials where it has more than ``MAX_GROUPS``."""
+def reduced_obj(data: bytes, path: Path) -> bytes:
+    """Return an OBJ file without its groups and materials where it has more than ``MAX_GROUPS``.
+
+    Raises:
+        MeshError: A face names a vertex that the file does not contain; trimesh takes 0 for the last one.
+    """
+    _check_corners(data, path)
     return _GROUP.sub(b"", data) if len(set(_GROUP.findall(data))) > MAX_GROUPS else data
+
+
+def _check_corners(data: bytes, path: Path) -> None:
+    """Raise an error for the first corner of an OBJ file's faces that is not one of its vertices."""
+    lines = [line.partition(b"#")[0].split() for line in data.split(b"\n")]
+    count = sum(words[:1] == [b"v"] for words in lines)
+    before = 0
+    continued = False
+    face = False
+    for number, words in enumerate(lines, start=1):
+        if not continued:
+            before += words[:1] == [b"v"]
+            face = words[:1] == [b"f"]
+        for corner in words[not continued :] if face else ():
+            if corner != b"\\" and not _is_corner(corner.partition(b"/")[0], before, count):
+                raise MeshError(
+                    f"a face names a vertex that is not among the {count} of the file",
+                    file=path,
+                    place=f"line {number}",
+                    value=corner.decode("utf8", "replace"),
+                    remedy="Number vertices from 1, or count back with negative numbers, and export the mesh again",
+                )
+        continued = words[-1:] == [b"\\"]
+
+
+def _is_corner(text: bytes, before: int, count: int) -> bool:
+    """Whether a number is that of one of ``count`` vertices, or counts back from those ``before`` the face."""
+    try:
+        number = int(text)
+    except ValueError:
+        return False
+    return 1 <= number <= count or -before <= number <= -1
 
 
 _NEXT_SOLID = re.compile(rb"endsolid[^\n]*\n\s*solid\b[^\n]*\n")
