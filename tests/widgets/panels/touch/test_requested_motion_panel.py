@@ -134,6 +134,18 @@ def test_requested_motion_is_shown_and_not_sent(panel, driver):
         driver.recv(4096)
 
 
+def test_switch_does_not_move_when_it_is_armed(panel):
+    switch, armed = (panel.findChild(QPushButton, f"motion-{name}") for name in ("send", "arm"))
+    armed.setStyleSheet("min-width: 0")  # the width of the text, as in the theme
+    QApplication.processEvents()
+    before = switch.geometry()
+    QTest.mouseClick(armed, Qt.MouseButton.LeftButton)
+    QApplication.processEvents()
+    assert armed.isChecked()
+    assert switch.geometry() == before
+    armed.setStyleSheet("")
+
+
 @pytest.mark.long
 def test_the_switch_sends_and_a_strong_contact_ends_it(panel, driver):
     panel.findChild(QLineEdit, "motion-address").setText(f"udp://127.0.0.1:{driver.getsockname()[1]}")

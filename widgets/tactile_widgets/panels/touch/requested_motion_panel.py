@@ -83,7 +83,7 @@ class RequestedMotionPanel(ConnectedPanel):
         self._arm = push_button(self, "motion-arm", "Arm", _ARM_TIP, self._show_armed, checkable=True)
         self._switch.setEnabled(False)
         self.column.addLayout(row_layout(self._arm, self._switch, stretch=self._switch))
-        # Texts that come and go are below the switch, which must not move under the pointer.
+        # The switch must not move under the pointer: texts that come and go are below it, and Arm keeps its text.
         self._sent = self.caption(name="motion-sent")
         self._notes = self.caption(name="motion-notes")
 
@@ -104,7 +104,6 @@ class RequestedMotionPanel(ConnectedPanel):
 
     def _show_armed(self, _armed: bool = False) -> None:
         active = self._switch.isChecked()
-        self._arm.setText("Armed" if self._arm.isChecked() else "Arm")
         self._arm.setEnabled(not active)
         self._switch.setEnabled(active or self._arm.isChecked())
 
