@@ -251,6 +251,38 @@ def test_path_on_a_removed_link_is_reported_and_returns_with_undo(window):
     assert window.live.runner.session.settings.path == path
 
 
+@pytest.mark.long
+def test_path_of_the_file_that_a_new_skin_lacks_is_no_unsaved_change(window, tmp_path):
+    path = draw_path(window, "hand")
+    file = tmp_path / "own.toml"
+    scene = window.presenters.scene_file
+    scene.save(str(file))
+    window.presenters.files.open_path(str(file))
+    run(window, 0.02)
+    files = window.presenters.map_files
+    assert files.unsaved == ()
+    offered(window, "hand")["remove-skin"].run()
+    run(window, 0.02)
+    assert files.unsaved == ("skin",)
+    window.action("undo").trigger()
+    run(window, 0.02)
+    assert files.unsaved == ()
+    window.presenters.control_tools.settings_editor.clear_path()
+    run(window, 0.02)
+    assert files.unsaved == ("path",), "removed by the user"
+    window.presenters.control_tools.settings_editor.undo()
+    run(window, 0.02)
+    assert window.live.runner.session.settings.path == path
+    window.action("redo").trigger()
+    run(window, 0.02)
+    assert files.unsaved == ("skin",)
+    offered(window, "wrist")["cover"].run()
+    run(window, 0.02)
+    assert files.unsaved == ("skin",), "a second change of the skin"
+    draw_path(window, "forearm")
+    assert set(files.unsaved) == {"skin", "path"}
+
+
 def same_patches(before, after):
     """Require that patches with their taxels, in the order of the skin, are equal to the last digit."""
     for one, other in zip(before, after, strict=True):

@@ -19,6 +19,7 @@ from platformdirs import user_state_path
 from PySide6.QtCore import QTimer, Signal
 from PySide6.QtWidgets import QWidget
 
+from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.core.errors import TactileMapsError
 from tactile_maps.core.files import FolderClaim, claim_folder, try_writing
 from tactile_maps.editing.document import MapDocument
@@ -280,6 +281,7 @@ class MapFilePresenter(Presenter):
         self._next = None
         self._wait()
         if kept is not None and kept.prepared is prepared:
+            self._note_path(before.settings.settings, kept.settings.settings)
             self._file = None
             self._editor.resume(kept.history)
             self._file = kept.file
@@ -327,11 +329,16 @@ class MapFilePresenter(Presenter):
             lost.append(f"the map edits of {', '.join(patches)}")
         if (stimuli := len(before.prepared.scene.stimuli) - len(scene.stimuli)) > 0:
             lost.append(f"{stimuli} scripted touch{'es' * (stimuli > 1)}")
+        self._note_path(before.settings.settings, settings)
         self._session.set_settings(settings)
         self._session.set_behaviours(before.settings.behaviours)
         self._session.set_reading(before.settings.reading)
         if lost:
             self._notifier.say(f"Not on the new skin and removed: {', '.join(lost)}. Undo restores the previous skin.")
+
+    def _note_path(self, before: ControlSettings, after: ControlSettings) -> None:
+        """Note whether the change of the skin between these settings removed the path, also an earlier change."""
+        self._scene.path_removed = not after.path and (bool(before.path) or self._scene.path_removed)
 
     def _on_scene_saved(self) -> None:
         """Record that the scene was saved with its skin; edits of the map may still be unsaved."""

@@ -51,6 +51,7 @@ class SceneFilePresenter(Presenter):
     Attributes:
         path: File of the scene; None for a scene of the program, or of a robot or skin alone.
         proposed: Name proposed for its file, without ending; empty for that of the scene.
+        path_removed: Whether a change of the skin removed the path, so that its absence is no change of the user's own.
     """
 
     changed = Signal()
@@ -63,6 +64,7 @@ class SceneFilePresenter(Presenter):
         self._effects = effects
         self.path: Path | None = None
         self.proposed = ""
+        self.path_removed = False
         self._next: Path | None = None  # of the scene that is being opened
         self._in_file: RuntimeSettings | None = None
         session = self._session
@@ -79,6 +81,7 @@ class SceneFilePresenter(Presenter):
         """Begin with another scene, as its file states it."""
         self.path = self._next
         self.proposed = ""
+        self.path_removed = False
         self._next = None
         self._in_file = RuntimeSettings.of_scene(prepared)
         self.changed.emit()
@@ -109,8 +112,9 @@ class SceneFilePresenter(Presenter):
         made = self._made
         if made is None or other is None:
             return ()
+        removed = self.path_removed and not made.settings.path
         changes = {
-            "path": made.settings.path != other.settings.path,
+            "path": made.settings.path != other.settings.path and not removed,
             "controller": _without_path(made.settings) != _without_path(other.settings),
             "behaviours": made.behaviours != other.behaviours,
             "contact detection": made.reading != other.reading,
