@@ -69,17 +69,30 @@ class SkinSteps(QObject):
         self._at = len(kept)
         self._show()
 
+    @property
+    def names_before(self) -> tuple[str, ...]:
+        """Names of the skins before the current one, oldest first: of the step that led to each."""
+        return ("Open", *self._names)[: self._at]
+
+    @property
+    def names_after(self) -> tuple[str, ...]:
+        """Names of the steps that can be redone."""
+        return tuple(self._names[self._at :]) if self.can_redo else ()
+
     def undo(self) -> None:
         """Undo the last step."""
         if self.can_undo:
-            self._at -= 1
-            self._show()
+            self.go(-1)
 
     def redo(self) -> None:
         """Redo the last undone step."""
         if self.can_redo:
-            self._at += 1
-            self._show()
+            self.go(1)
+
+    def go(self, steps: int) -> None:
+        """Undo as many steps, or redo them if ``steps`` is positive."""
+        self._at += steps
+        self._show()
 
     def show_scene(self, scene: Scene) -> None:
         """Find the opened scene among the steps; another scene discards them."""

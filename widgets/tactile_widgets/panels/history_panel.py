@@ -1,4 +1,7 @@
-"""The steps of the editor's history: done steps, the current one, and undone steps that can be redone."""
+"""Steps of map and skin: done steps, the current one, and undone steps that can be redone.
+
+Of an earlier or later skin, one row is listed: the step that led to it. Edits of its map return with it.
+"""
 
 from __future__ import annotations
 
@@ -9,33 +12,54 @@ from PySide6.QtWidgets import QListView, QStyle, QStyleOptionViewItem, QWidget
 from tactile_widgets.common.lists import ModelIndex, RowDelegate, SequenceModel, read_only_list
 from tactile_widgets.common.panel import Panel
 from tactile_widgets.document.map_editor import MapEditor
+from tactile_widgets.document.skin_steps import SkinSteps
 
 ROW = 24
 _MAX_ROWS = 8
 _MARGIN = 16
-_EMPTY = "Edits of the map are listed here; click a step to go back to it."
+_EMPTY = "Edits of the map and the skin are listed here; click a step to go back to it."
 _UNDONE = int(Qt.ItemDataRole.UserRole)
 _PRESENT = _UNDONE + 1
 _TIPS = {"now": "Current state", "done": "Undo all later edits", "undone": "Redo"}
 
 
 class HistoryModel(SequenceModel):
-    """Item model with one row per step, oldest first; rows share the history's own list."""
+    """Item model with one row per step, oldest first."""
 
     def __init__(self, editor: MapEditor, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._editor = editor
+        self._skins: SkinSteps | None = None
         self.position = -1
         self.refresh()
 
     def refresh(self) -> None:
         """Show the current steps."""
         history = self._editor.history
-        names = () if history is None else history.names
-        position = -1 if history is None else history.position
+        skins = self._skins
+        before = () if skins is None else skins.names_before
+        after = () if skins is None else skins.names_after
+        names = () if history is None else (*before, *history.names, *after)
+        position = -1 if history is None else len(before) + history.position
         if names != self.items or position != self.position:
             self.position = position
             self.show_items(names)
+
+    def follow_skin(self, skins: SkinSteps) -> None:
+        """List the changes of the skin too."""
+        self._skins = skins
+
+    def go(self, row: int) -> None:
+        """Return to the step of a row."""
+        history = self._editor.history
+        if row == self.position or history is None:
+            return
+        before = 0 if self._skins is None else len(self._skins.names_before)
+        edits = len(history.names)
+        if self._skins is None or before <= row < before + edits:
+            self._editor.go(row - before)
+        else:
+            self._skins.go(row - before if row < before else row - before - edits + 1)
 
     def value(self, row: int, role: int) -> object:
         name = self.items[row]
@@ -95,7 +119,6 @@ class HistoryPanel(Panel):
 
     def __init__(self, editor: MapEditor, parent: QWidget | None = None) -> None:
         super().__init__("History", "history-panel", parent)
-        self._editor = editor
         self._note = self.caption(_EMPTY)
         self.list = read_only_list(_StepList(self), "history-list", "History")
         self.steps = HistoryModel(editor, self)
@@ -109,6 +132,11 @@ class HistoryPanel(Panel):
         self.list.setEnabled(editor.enabled)
         self._on_history_changed()
 
+    def follow_skin(self, skins: SkinSteps) -> None:
+        """List the changes of the skin too."""
+        self.steps.follow_skin(skins)
+        skins.changed.connect(self._on_history_changed)
+
     def _on_history_changed(self) -> None:
         self.steps.refresh()
         count = self.steps.rowCount()
@@ -118,5 +146,4 @@ class HistoryPanel(Panel):
         self.list.setCurrentIndex(self.steps.index(self.steps.position))  # which scrolls there
 
     def _on_clicked(self, index: QModelIndex) -> None:
-        if index.row() != self.steps.position:
-            self._editor.go(index.row())
+        self.steps.go(index.row())

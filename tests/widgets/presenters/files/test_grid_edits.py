@@ -17,6 +17,7 @@ from tactile_maps.skin.fitting.grid import is_grid_patch
 from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.common.mode import Mode
 from tactile_widgets.dialogs.dialogs import Button
+from tactile_widgets.panels.history_panel import HistoryPanel
 from tactile_widgets.session.live_input import LiveInputSettings
 from tests.widgets.support.window_driver import answer, run
 from tests.widgets.tools.map_editing.test_grid_tool import corners
@@ -260,3 +261,34 @@ def test_grid_of_a_continued_recording_is_restored_after_a_crash(window, tmp_pat
     window.action("restore_map").trigger()
     run(window, 0.02)
     assert window.live.prepared.scene.grids == grids
+
+
+@pytest.mark.long
+def test_changes_of_the_skin_are_listed_in_the_history_and_reached_from_it(window):
+    panel = window.column.get(HistoryPanel)
+
+    def rows():
+        return [
+            panel.steps.index(row).data(Qt.ItemDataRole.AccessibleTextRole) for row in range(panel.steps.rowCount())
+        ]
+
+    def click(row):
+        panel.list.clicked.emit(panel.steps.index(row))
+        run(window, 0.02)
+        return len(window.live.prepared.scene.grids)
+
+    first = edited(window)
+    place_grid(window)
+    second = edited(window, 0.2)
+    assert rows() == ["Open, done", "Taxel grid, done", "Rotate, now"]
+    assert click(0) == 0
+    assert window.editor.document is first
+    assert rows() == ["Open, done", "Rotate, now", "Taxel grid, undone"]
+    assert click(2) == 1
+    assert window.editor.document is second
+    assert click(1) == 1
+    assert rows() == ["Open, done", "Taxel grid, now", "Rotate, undone"]
+    window.action("undo").trigger()
+    run(window, 0.02)
+    edited(window, 0.1)
+    assert rows() == ["Open, done", "Rotate, done", "Rotate, now"], "the grid cannot be redone any more"

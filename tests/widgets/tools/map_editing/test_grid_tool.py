@@ -108,6 +108,12 @@ def test_undo_steps_are_scenes():
     steps.undo()
     steps.redo()
     assert shown == [two, three, two, one, two]
+    assert (steps.names_before, steps.names_after) == (("Open",), ("Skin",))
+    steps.go(1)
+    steps.go(-2)
+    assert shown[5:] == [three, one]
+    assert (steps.names_before, steps.names_after) == ((), ("Taxel grid", "Skin"))
+    steps.redo()
     steps.show_scene(one)  # the one requested last did not open
     assert (steps.can_undo, steps.redo_name) == (False, "Taxel grid")
     steps.show_scene(scene_for("d.urdf"))

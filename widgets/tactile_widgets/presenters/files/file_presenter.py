@@ -47,6 +47,7 @@ from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.context.presenter import Presenter
 from tactile_widgets.document.skin_steps import have_same_skin
 from tactile_widgets.panels.control.controller_panel import ControllerPanel
+from tactile_widgets.panels.history_panel import HistoryPanel
 from tactile_widgets.presenters.files.study_presenter import StudyPresenter
 from tactile_widgets.presenters.maps.map_file_presenter import MapFilePresenter
 from tactile_widgets.presenters.maps.scene_file_presenter import SceneFilePresenter
@@ -102,6 +103,7 @@ class FilePresenter(Presenter):
         tools.skin_steps.scene_requested.connect(self._show_skin_scene)
         map_files.skin_restored.connect(self._on_skin_restored)
         context.session.prepared_changed.connect(self._on_prepared_changed)
+        context.panels.get(HistoryPanel).follow_skin(tools.skin_steps)
         context.panels.get(ControllerPanel).scene_requested.connect(self.open_shipped)
         self._open_again: Callable[[], None] | None = None
         self._opening: str | None = None
