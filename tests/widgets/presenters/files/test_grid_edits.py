@@ -163,7 +163,7 @@ def test_saved_scene_contains_the_grid(window, tmp_path, monkeypatch):
 def test_saving_the_map_reports_that_the_scene_contains_the_grid(window, tmp_path, monkeypatch):
     place_grid(window)
     monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(tmp_path / "own.npz"))
-    window.action("save").trigger()
+    window.action("save_map_as").trigger()
     assert "Save the scene too" in window.notification_bar.text
     assert window.presenters.map_files.unsaved == ("skin",)
 
