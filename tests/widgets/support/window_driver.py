@@ -41,6 +41,7 @@ def close_window(window):
 
 def begin_again(window, prepared, *, folded):
     """Restart ``prepared`` with tool, brush, layers, theme, size, settings and ``folded`` panels of a new window."""
+    window.context.dialogs.remember_saved()  # files of the previous test
     window.settings._store.clear()
     views = window.views
     for tool in (SELECT_BOX, POKE):  # a change of the tool cancels what the previous one had begun
