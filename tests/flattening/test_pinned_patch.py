@@ -401,8 +401,8 @@ class TestRejectedInput:
         with pytest.raises(MapError, match="unknown pin"):
             patch.remove(3)
 
-    def test_a_slider_past_its_end(self):
-        with pytest.raises(MapError, match="slider"):
+    def test_a_share_of_lengths_above_1(self):
+        with pytest.raises(MapError, match="share of lengths is out of range"):
             PinnedPatch(*dome(), lengths=1.5)
 
     def test_chart_of_another_surface_is_rejected(self):

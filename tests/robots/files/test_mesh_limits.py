@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import struct
 
 import numpy as np
@@ -123,3 +124,13 @@ def test_corner_that_counts_back_or_is_continued_is_read(tmp_path, face):
 
 
 CORNERS = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n"
+
+
+@pytest.mark.parametrize("corner", ["0", "4", "4/1", "-4", "x", "1.0"])
+def test_corner_that_is_no_vertex_is_named_in_plain_faces_and_others(tmp_path, corner):
+    path = tmp_path / "a.obj"
+    for first in ("f 1/1 2//1 3/1/1", "f -3 -2 -1"):
+        text = f"v 0 0 0\nv 1 0 0\nv 0 1 0\n{first}\nf 1 2 "
+        assert reduced_obj(f"{text}3\n".encode(), path)
+        with pytest.raises(MeshError, match=rf"line 5: .*found: {re.escape(corner)}"):
+            reduced_obj(f"{text}{corner}\n".encode(), path)
