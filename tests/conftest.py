@@ -1,6 +1,6 @@
 """Common setup of all tests: no display, one thread for linear algebra, and the choice of cases that run by default.
 
-The tests of the default run take about 940 CPU seconds on two cores, and their collection 35 more in each process.
+The tests of the default run take 430 to 800 CPU seconds, by the machine, and their collection 14 to 35 in each process.
 Those above 0.3 s were chosen so that the listed mutations and, with few exceptions, all lines that any test executes
 stay covered; other slow tests are marked ``long``.
 
