@@ -142,7 +142,12 @@ class KeptWork:
         """
         live = self._window.live
         document = self._window.editor.document
+        unsaved = self._window.presenters.map_files.unsaved
         if live.run is None or live.live_input is not None or document is None:
+            self._unsaved = tuple(part for part in self._unsaved if part in unsaved)  # saved in the meantime
+            steps = [] if document is None else [step.document for step in self._window.editor.history._steps]
+            if self._made is not None and any(one is self._made[0] for one in steps):
+                self._made = document, self._made[1]  # edited in the meantime, or undone
             self._note_question()
             return
         made = document, _control_of(live.run.made)
@@ -152,7 +157,7 @@ class KeptWork:
             _require(kept, "controller, path, contact detection or effects are lost", self._unsaved)
         self._run = live.run
         self._made = made
-        self._unsaved = self._window.presenters.map_files.unsaved
+        self._unsaved = unsaved
         self._check_files(document, live.run)
         self._note_question()
 
