@@ -381,10 +381,8 @@ def propagate_uncertainty(
         if errors.displaced is not None:
             place += dot(forces * forces, errors.displaced.take(readings.taxels))
     else:
-        spread = effective * (1 - effects.crosstalk.share) ** 2 if effects.crosstalk else effective
-        inner = (0.7 * math.exp(-1.5 * (spread - 1)) + 0.15 * spread**-3 + 0.045 / spread) / 6
-        inner += long / (24 * effective)
-    place = place / total**2 + max(inner, 0.0) * area + moved
+        inner = _within_cells(errors, effective, long)
+    place = place / total**2 + inner * area + moved
     parts = {name: width.standard for name, width in widths.items()}
     limits = {name: width.limit for name, width in widths.items()}
     return Uncertainty(math.sqrt(place), combine_parts(parts), parts, limits)
@@ -567,6 +565,14 @@ def _between_pads(errors: SensorUncertainty, effective: float, area: float, disp
     deep = max(depths - 6, 0.0) if effective < 5 else 0.0
     limit = max(2 * sampled, 0.16 * deep, 1 - share if effective < 2 else 0.0)
     return Widths(max(sampled, min(0.00117 * deep, 0.08) * deep), limit)
+
+
+def _within_cells(errors: SensorUncertainty, effective: float, long: float) -> float:
+    """Return the variance of the place of a contact on cells without gaps, in areas of a taxel."""
+    crosstalk = errors.effects.crosstalk
+    spread = effective * (1 - crosstalk.share) ** 2 if crosstalk else effective
+    lump = (0.7 * math.exp(-1.5 * (spread - 1)) + 0.15 * spread**-3 + 0.045 / spread) / 6
+    return max(lump + long / (24 * effective), 0.0)
 
 
 def _within_pads(errors: SensorUncertainty, effective: float, area: float, edged: float, long: float) -> float:
