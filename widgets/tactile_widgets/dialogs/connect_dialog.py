@@ -21,9 +21,9 @@ from PySide6.QtWidgets import (
 )
 
 from tactile_maps.live.sources.open import DEFAULT_PORT, SourceOptions
-from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.common.number_field import guard_wheel
 from tactile_widgets.common.sentence import as_sentence
+from tactile_widgets.dialogs.dialogs import Dialogs
 from tactile_widgets.session.live_input import LiveInputSettings
 
 KINDS = {
@@ -39,13 +39,19 @@ _FILTER = "Readings (*.csv *.txt *.parquet *.mcap *.db3)"
 
 
 class ConnectDialog(QDialog):
-    """Dialog for a source and its files; errors are shown in the dialog, which stays open."""
+    """Dialog for a source and its files; errors are shown in the dialog, which stays open.
+
+    Args:
+        dialogs: Asks for files.
+        parent: The window.
+    """
 
     connect_requested = Signal(LiveInputSettings)
     """Settings entered by the user."""
 
-    def __init__(self, parent: QWidget | None = None) -> None:
+    def __init__(self, dialogs: Dialogs, parent: QWidget | None = None) -> None:
         super().__init__(parent)
+        self._dialogs = dialogs
         self.setObjectName("connect")
         self.setWindowTitle("Connect to a skin")
         self.setMinimumWidth(520)
@@ -123,7 +129,7 @@ class ConnectDialog(QDialog):
         button.setMaximumWidth(32)
 
         def choose() -> None:
-            path = FileDialog.open_file(self, title, "", f"{kinds};;All files (*)")
+            path = self._dialogs.open_file(title, kinds, over=self)
             if path:
                 edit.setText(path)
 

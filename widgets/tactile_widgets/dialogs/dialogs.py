@@ -34,7 +34,8 @@ class Dialogs:
     """Dialogs of a window. A file dialog opens in the folder of the last file of its kind.
 
     A dialog for saving proposes the name that was chosen the last time instead of the same default name. Folder and
-    name of a file to save are stored once the file is written, which may be in the background.
+    name of a file to save are stored once the file is written, which may be in the background. The folder of a file
+    to read is stored once the caller reports with ``remember_opened`` that the file could be used.
 
     Args:
         parent: The window.
@@ -46,27 +47,39 @@ class Dialogs:
         self._settings = settings
         self._shown: dict[str, QMessageBox] = {}
         self._saving: list[_ChosenFile] = []
+        self._opening: dict[str, tuple[str, str]] = {}
+        """Kind and folder by chosen file or folder."""
 
-    def open_file(self, title: str, kinds: str) -> str:
-        """Ask for a file to read; return an empty text if none is chosen."""
-        chosen = FileDialog.open_file(self._parent, title, self._folder(title, kinds), f"{kinds};;All files (*)")
-        return self._chosen(title, kinds, chosen)
+    def open_file(self, title: str, kinds: str, *, over: QWidget | None = None) -> str:
+        """Ask for a file to read, ``over`` a dialog of the window; return an empty text if none is chosen."""
+        start = self._folder(title, kinds)
+        chosen = FileDialog.open_file(over or self._parent, title, start, f"{kinds};;All files (*)")
+        self._expect_opened(_kind(title, kinds), chosen)
+        return chosen
 
     def open_files(self, title: str, kinds: str) -> list[str]:
         """Ask for several files to read; return an empty list if none is chosen."""
         paths = FileDialog.open_files(self._parent, title, self._folder(title, kinds), f"{kinds};;All files (*)")
-        for path in paths:
-            self._chosen(title, kinds, path)
+        self._expect_opened(_kind(title, kinds), *paths)
         return paths
 
     def open_folder(self, title: str) -> str:
         """Ask for a folder; return an empty text if none is chosen."""
         chosen = FileDialog.choose_folder(self._parent, title, self._folder(title, ""))
         if chosen:
-            self._settings.set_folder(title, chosen)
+            self._opening[_key(chosen)] = title, chosen
         return chosen
 
-    def save_file(self, title: str, name: str, kinds: str) -> str:
+    def _expect_opened(self, kind: str, *paths: str) -> None:
+        self._opening.update({_key(path): (kind, str(Path(path).parent)) for path in paths if path})
+
+    def remember_opened(self, *paths: str | Path | None) -> None:
+        """Store the folders of files or folders that were chosen to be read, and could be used."""
+        for path in paths:
+            if path is not None and (chosen := self._opening.pop(_key(path), None)) is not None:
+                self._settings.set_folder(*chosen)
+
+    def save_file(self, title: str, name: str, kinds: str, *, over: QWidget | None = None) -> str:
         """Ask for a file to write, by default called ``name``; return an empty text if none is chosen.
 
         A name without an extension gets that of ``name``. If the completed file exists, the dialog opens again
@@ -75,7 +88,7 @@ class Dialogs:
         start = str(Path(self._folder(title, kinds)) / (self._settings.name_for(title, name) or name))
         ending = Path(name).suffix
         while True:
-            path = FileDialog.save_file(self._parent, title, start, kinds)
+            path = FileDialog.save_file(over or self._parent, title, start, kinds)
             if not path or Path(path).suffix or not ending or f"*{ending}" not in kinds:
                 return self._saved(title, name, kinds, path)
             start = path + ending
@@ -93,17 +106,12 @@ class Dialogs:
         self._saving = [one for one in self._saving if one not in written]
         for one in written:
             self._settings.set_name(one.title, one.default, Path(one.path).name)
-            self._chosen(one.title, one.kinds, one.path)
+            self._settings.set_folder(_kind(one.title, one.kinds), str(Path(one.path).parent))
 
     def _folder(self, title: str, kinds: str) -> str:
         self.remember_saved()
         found = (self._settings.folder(key) for key in (_kind(title, kinds), title))
         return next((folder for folder in found if folder and Path(folder).is_dir()), "")
-
-    def _chosen(self, title: str, kinds: str, path: str) -> str:
-        if path:
-            self._settings.set_folder(_kind(title, kinds), str(Path(path).parent))
-        return path
 
     def ask(
         self, name: str, title: str, text: str, buttons: Button, then: Callable[[Button], None], *, default: Button
@@ -165,6 +173,11 @@ def _state(path: str) -> _State | None:
     except OSError:
         return None
     return found.st_ino, found.st_mtime_ns, found.st_size
+
+
+def _key(path: str | Path) -> str:
+    """Return a path without repeated separators."""
+    return str(Path(path))
 
 
 def _kind(title: str, kinds: str) -> str:

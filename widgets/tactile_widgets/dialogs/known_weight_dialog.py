@@ -7,7 +7,6 @@ from PySide6.QtWidgets import QDialog, QDialogButtonBox, QDoubleSpinBox, QFormLa
 
 from tactile_maps.live.calibration.weighing import LONGEST
 from tactile_maps.live.session.facts import MeasuredFacts
-from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.common.make import make, push_button
 
 _STEPS = (
@@ -19,7 +18,6 @@ _SCOPE_TIP = (
     "With selected taxels only their readings are summed, and only their gains change,\n"
     "unless nothing was calibrated before: then all gains get the same factor"
 )
-_KINDS = "Calibration (*.csv)"
 
 
 class KnownWeightDialog(QDialog):
@@ -31,8 +29,8 @@ class KnownWeightDialog(QDialog):
     """The readings fell under the weight, and the user applies the negative gain."""
     undo_requested = Signal()
     """The user returns to the calibration before the last weight."""
-    save_requested = Signal(str)
-    """File to which the gains are written."""
+    save_requested = Signal()
+    """The user saves the gains."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -50,7 +48,7 @@ class KnownWeightDialog(QDialog):
         self.negative = push_button(self, "weight-negative", "Apply", tip, self.negative_requested, autoDefault=False)
         self.negative.hide()
         self.undo = push_button(self, "weight-undo", "Undo", "", self.undo_requested, autoDefault=False)
-        self.save = push_button(self, "weight-save", "Save gains…", "", self._on_save_clicked, autoDefault=False)
+        self.save = push_button(self, "weight-save", "Save gains…", "", self.save_requested, autoDefault=False)
         for button in (self.measure, self.negative, self.undo, self.save):
             buttons.addButton(button, QDialogButtonBox.ButtonRole.ActionRole)
         form = QFormLayout(self)
@@ -94,8 +92,3 @@ class KnownWeightDialog(QDialog):
 
     def _on_measure_clicked(self) -> None:
         self.measure_requested.emit(1e-3 * self.grams.value(), self.seconds.value())
-
-    def _on_save_clicked(self) -> None:
-        path = FileDialog.save_file(self, "Save gains and offsets", "gains.csv", _KINDS)
-        if path:
-            self.save_requested.emit(path)

@@ -69,6 +69,7 @@ class PreferencesPresenter(Presenter):
         folder = self._context.dialogs.open_folder("Folder of recordings")
         if folder:
             self._use_folder(folder)
+            self._context.dialogs.remember_opened(folder)
 
     def _enter_folder(self, text: str) -> None:
         """Use a folder that was typed, which is made if it does not exist; show the current one if that fails."""

@@ -42,8 +42,12 @@ def test_weight_calibrates_and_can_be_undone(window, tmp_path, monkeypatch):
     dialog.measure.click()
     send(5.0, 30.0)
     assert "gains ×" in state.text()
-    monkeypatch.setattr(FileDialog, "save_file", lambda *_: str(tmp_path / "gains.csv"))
+    opened = []
+    path = str(tmp_path / "gains.csv")
+    monkeypatch.setattr(FileDialog, "save_file", lambda _parent, _title, start, _kinds: opened.append(start) or path)
     dialog.save.click()
+    dialog.save.click()
+    assert opened == ["gains.csv", path], "the folder is remembered"
     assert len((tmp_path / "gains.csv").read_text().splitlines()) == taxels + 1
     dialog.undo.click()
     assert "Not calibrated" in state.text()

@@ -92,8 +92,13 @@ def test_parts_are_lit_until_felt_and_the_result_is_listed_and_saved(window, tmp
     assert dead in selection.taxels
     assert panel.minimumSizeHint().width() <= COLUMN_WIDTH - 8
     report = tmp_path / "skin.html"
-    monkeypatch.setattr(FileDialog, "save_file", lambda *_: str(report))
+    opened = []
+    monkeypatch.setattr(
+        FileDialog, "save_file", lambda _parent, _title, start, _kinds: opened.append(start) or str(report)
+    )
     press(panel, "save")
+    press(panel, "save")
+    assert opened == ["skin check.html", str(report)], "the folder is remembered"
     assert "1 dead" in report.read_text(encoding="utf8")
     assert np.array_equal(selection.taxels, np.sort(selection.taxels))
 

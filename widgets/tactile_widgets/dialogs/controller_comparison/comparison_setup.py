@@ -20,7 +20,6 @@ from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.studies.controller_comparison import MOST_SECONDS
 from tactile_widgets.common.colours import Theme
 from tactile_widgets.common.controller_settings import GAIN_SETTINGS, SLIDERS, ControllerSliders
-from tactile_widgets.common.file_dialogs import RECORDING_FILTER, FileDialog
 from tactile_widgets.common.make import caption_label, make
 from tactile_widgets.common.number_field import guard_wheel
 from tactile_widgets.common.panel import FlatComboBox
@@ -143,8 +142,8 @@ class StimulusChoice(QWidget):
 
     changed = Signal()
     """The user chose another stimulus, task or duration."""
-    recording_chosen = Signal(str)
-    """File of the recording chosen by the user; the receiver calls ``take_recording``."""
+    recording_requested = Signal()
+    """The user chooses a recording; the receiver asks for its file and calls ``take_recording``."""
     refresh_requested = Signal()
     """The user updates the stimulus of the session; the receiver calls ``show_live``."""
 
@@ -247,10 +246,8 @@ class StimulusChoice(QWidget):
         if source != FILE:
             self._take(source)
             return
-        path = FileDialog.open_file(self, "Stimulus from a recording", "", RECORDING_FILTER)
         self._show()  # the previous choice, until the recording is read
-        if path:
-            self.recording_chosen.emit(path)
+        self.recording_requested.emit()
 
     def _on_task_chosen(self, row: int) -> None:
         self._task = self._tasks.itemData(row)

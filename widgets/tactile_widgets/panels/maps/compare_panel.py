@@ -20,12 +20,10 @@ from tactile_maps.editing.layout_import import (
     same_skin,
 )
 from tactile_maps.maps.evaluation.comparison import Comparison, TaxelLayout
-from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.common.make import button_grid, push_button, show_text
 from tactile_widgets.common.panel import Panel
 from tactile_widgets.document.map_editor import MapEditor
 
-FILTER = "Maps and drawings (*.npz *.json *.csv *.tsv *.txt *.ini *.urdf *.xml);;All files (*)"
 _MARK = "▲"
 _NAME_PX = 104
 _EMPTY = "Compare with another map: a saved one, taxel positions drawn by hand, or the current state of this one."
@@ -49,6 +47,8 @@ class ComparePanel(Panel):
         other: B, which is a MapDocument, a TaxelLayout if it has taxel positions only, or None.
     """
 
+    files_requested = Signal()
+    """The user chooses another layout; the receiver asks for its files and calls ``open_paths``."""
     shown_other = Signal(bool)
     """True if the map view shows ``other`` instead of the editor's document."""
     compare_requested = Signal(object, object)
@@ -66,7 +66,7 @@ class ComparePanel(Panel):
         self._document = editor.document
         self._note = self.caption(_EMPTY, "compare-note")
         load = self._button(
-            "with", "Compare with…", "Open a saved map, or a file of taxel positions on a map", self.choose
+            "with", "Compare with…", "Open a saved map, or a file of taxel positions on a map", self.files_requested
         )
         keep = self._button("keep", "Set current as B", "Compare later edits with the current map", self.keep_present)
         self._sides = QButtonGroup(self)
@@ -92,22 +92,20 @@ class ComparePanel(Panel):
         """Whether B is shown."""
         return self._b.isChecked()
 
-    def choose(self) -> None:
-        """Ask for the files of another layout."""
-        paths = FileDialog.open_files(self, "Compare with", "", FILTER)
-        if paths:
-            self.open_paths(paths)
+    def open_paths(self, paths: Sequence[str | Path]) -> bool:
+        """Compare with the layout in files; if it cannot be compared, B stays and the reason is shown.
 
-    def open_paths(self, paths: Sequence[str | Path]) -> None:
-        """Compare with the layout in files; if it cannot be compared, B stays and the reason is shown."""
+        Return whether it is compared.
+        """
         if self._editor.document is None:
-            return
+            return False
         try:
             other = read_other_layout(paths, self._editor.document)
         except TactileMapsError as error:
             self.show_failed(str(error))
-        else:
-            self._set_other(other, Path(paths[0]).stem)
+            return False
+        self._set_other(other, Path(paths[0]).stem)
+        return True
 
     def keep_present(self) -> None:
         """Use the current map as B."""

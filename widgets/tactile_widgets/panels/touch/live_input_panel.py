@@ -54,6 +54,8 @@ class LiveInputPanel(ConnectedPanel):
     """Contact settings entered by the user."""
     rate_changed = Signal(float)
     """Readings per second [Hz], emitted a few times per second."""
+    calibration_file_requested = Signal()
+    """The user saves the gains; the receiver asks for a file and calls ``save_calibration``."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__("Live input", "live-input-panel", _REFRESH_MS, parent)
@@ -170,7 +172,7 @@ class LiveInputPanel(ConnectedPanel):
             self.weight.measure_requested.connect(self._on_measure_requested)
             self.weight.negative_requested.connect(self._on_negative_requested)
             self.weight.undo_requested.connect(self._on_undo_requested)
-            self.weight.save_requested.connect(self._on_save_requested)
+            self.weight.save_requested.connect(self.calibration_file_requested)
         self._weight_error = ""
         self._on_selection_changed()
         self.refresh()
@@ -186,7 +188,8 @@ class LiveInputPanel(ConnectedPanel):
     def _on_undo_requested(self) -> None:
         self._weigh(LiveInput.undo_weighing)
 
-    def _on_save_requested(self, path: str) -> None:
+    def save_calibration(self, path: str) -> None:
+        """Write the gains and offsets; show an error in the dialog of the known weight."""
         self._weigh(lambda live: live.save_calibration(path))
 
     def _weigh(self, act: Callable[[LiveInput], None]) -> None:

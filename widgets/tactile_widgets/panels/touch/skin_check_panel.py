@@ -6,14 +6,13 @@ from collections.abc import Callable
 from datetime import datetime
 
 import numpy as np
-from PySide6.QtCore import Qt
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QLabel, QWidget
 
 from tactile_maps.core.errors import TactileMapsError
 from tactile_maps.live.checking.report import check_facts, swap_texts, taxel_text, write_check_report
 from tactile_maps.live.checking.skin_check import CheckStage, Outcome, SkinCheck
 from tactile_maps.live.checking.verdicts import FAULT_TEXTS, verdicts_of
-from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.common.make import add_fact, make, progress_bar, push_button, row_layout, value_label
 from tactile_widgets.common.note_list import Note, NoteList
 from tactile_widgets.common.sentence import as_sentence
@@ -27,11 +26,13 @@ _DONE = "Done. The faulty channels are selected on body and map."
 _NO_NOTES = "Faulty channels are listed here."
 _NAMED = 12
 """Maximum number of channels that a note names; the report lists all."""
-_KINDS = "Web page (*.html)"
 
 
 class SkinCheckPanel(ConnectedPanel):
     """Steps of the check with its keys, and its result. The taxels to press are selected, felt ones are green."""
+
+    report_requested = Signal()
+    """The user saves the report; the receiver asks for a file and calls ``save_report``."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__("Skin check", "skin-check-panel", _REFRESH_MS, parent)
@@ -47,7 +48,7 @@ class SkinCheckPanel(ConnectedPanel):
             self, "check-start", "Check the skin…", "Begin; the skin must be untouched", self._on_start_clicked
         )
         tip = "Write a web page with all parts, channels and readings"
-        self._save = push_button(self, "check-save", "Save report…", tip, self._on_save_clicked)
+        self._save = push_button(self, "check-save", "Save report…", tip, self.report_requested)
         tip = "Press the previous part again"
         self._back = push_button(self, "check-back", "Back", tip, self._on_back_clicked)
         tip = "Leave this part without a result"
@@ -145,10 +146,10 @@ class SkinCheckPanel(ConnectedPanel):
         self._error = self._try(lambda live: live.with_check(act))
         self.refresh()
 
-    def _on_save_clicked(self) -> None:
-        path = FileDialog.save_file(self, "Save the report of the check", "skin check.html", _KINDS)
+    def save_report(self, path: str) -> None:
+        """Write the report of the check; show an error in the panel."""
         live = self._input
-        if not path or live is None or self._started is None:
+        if live is None or self._started is None:
             return
         prepared = live.session.prepared
         facts = check_facts(prepared, live.connection.source.address, str(live.facts()[0].unit), self._started)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtWidgets import QWidget
@@ -14,6 +15,7 @@ from tactile_maps.core.files import write_atomically
 from tactile_maps.studies.controller_comparison import ControllerTrace, trace_csv, with_fields
 from tactile_widgets.common.colours import Theme
 from tactile_widgets.common.controller_settings import GAIN_SETTINGS
+from tactile_widgets.common.file_dialogs import RECORDING_FILTER
 from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.context.presenter import Presenter
 from tactile_widgets.dialogs.controller_comparison.comparison_run import run_comparison
@@ -59,7 +61,7 @@ class ComparisonPresenter(Presenter):
             board = self.dialog.board
             board.run_requested.connect(self.run)
             board.cancelled.connect(self._on_cancelled)
-            board.stimulus.recording_chosen.connect(self.read_stimulus)
+            board.stimulus.recording_requested.connect(self.choose_recording)
             board.stimulus.refresh_requested.connect(self._refresh)
             board.used.connect(self.use)
             board.export_requested.connect(self.choose_export)
@@ -88,12 +90,18 @@ class ComparisonPresenter(Presenter):
         job = Job(run_comparison, occasion, contenders, seconds, board.stimulus.own_task, died=_DIED)
         self.executor.start(job, self._on_compared, self._on_failed, progressed=self._on_progressed)
 
+    def choose_recording(self) -> None:
+        """Ask for a recording, and use it as stimulus."""
+        path = self._context.dialogs.open_file("Stimulus from a recording", RECORDING_FILTER, over=self.dialog)
+        if path:
+            self.read_stimulus(path)
+
     def read_stimulus(self, path: str) -> None:
         """Use a recording as stimulus; one that cannot be read changes nothing."""
         self.executor.close()
         self._on_reading("starting", 0.0)
         job = Job(read_stimulus, Path(path), died=_DIED)
-        self.executor.start(job, self._on_read, self._on_failed, progressed=self._on_reading)
+        self.executor.start(job, partial(self._on_read, path), self._on_failed, progressed=self._on_reading)
 
     def use(self, settings: ControlSettings) -> None:
         """Apply controller and gains of a contender; task and goals stay."""
@@ -101,7 +109,7 @@ class ComparisonPresenter(Presenter):
 
     def choose_export(self) -> None:
         """Ask for a file, and write the traces."""
-        path = self._context.dialogs.save_file("Export traces", "controllers.csv", CSV_FILTER)
+        path = self._context.dialogs.save_file("Export traces", "controllers.csv", CSV_FILTER, over=self.dialog)
         if path:
             self.export(path)
 
@@ -140,8 +148,9 @@ class ComparisonPresenter(Presenter):
         if self.board is not None:
             self.board.show_reading(fraction)
 
-    def _on_read(self, stimulus: ComparisonStimulus) -> None:
+    def _on_read(self, path: str, stimulus: ComparisonStimulus) -> None:
         self.executor.close()
+        self._context.dialogs.remember_opened(path)
         if self.board is not None:
             self.board.show_stimulus(stimulus)
 

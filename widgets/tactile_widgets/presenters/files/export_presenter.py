@@ -73,6 +73,7 @@ class ExportPresenter(Presenter):
         elif path := self._context.dialogs.open_file("Export recording", RECORDING_FILTER):
             with self._notifier.errors_shown("export recording", finishes=False):
                 self._ask(open_recording(path), None)
+                self._context.dialogs.remember_opened(path)
 
     def _ask(self, player: RecordingPlayer, chosen: Span | None) -> None:
         from tactile_widgets.dialogs.export_dialog import ExportDialog  # imported late, for a faster start

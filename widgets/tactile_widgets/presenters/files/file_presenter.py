@@ -315,6 +315,7 @@ class FilePresenter(Presenter):
         folder = self._context.dialogs.open_folder("Choose package root")
         if folder:
             self._context.settings.add_package_root(folder)
+            self._context.dialogs.remember_opened(folder)
             self._notifier.say(f"Robot files may use the packages and meshes in {folder}")
             if self._open_again is not None:
                 self._open_again()
@@ -367,6 +368,7 @@ class FilePresenter(Presenter):
             self._skin_steps.show_scene(prepared.scene)
         if self._opening is not None:
             self._context.settings.add_recent(self._opening)
+            self._context.dialogs.remember_opened(self._opening)
         self._opening = None
 
     def _on_opening_ended(self) -> None:

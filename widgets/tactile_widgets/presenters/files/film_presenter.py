@@ -82,6 +82,7 @@ class FilmPresenter(Presenter):
             else:
                 chosen = self._context.timeline.range
             self._ask(recording, player.duration, chosen)
+            self._context.dialogs.remember_opened(recording)
 
     def _ask(self, recording: Path, duration: float, chosen: Span | None) -> None:
         span = None if chosen is None else (chosen.start, chosen.end)

@@ -129,6 +129,7 @@ class RecordingsPresenter(Presenter):
             self._session.recording.saved.emit(saved)
         else:
             notifier.say(f"Saved {saved}", of="save range")
+        self._context.dialogs.remember_opened(Path(written[0].file).parent)
         damage = list(dict.fromkeys(damage_text(one, part.tick) for part in written for one in part.damage))
         if damage:
             more = f" and {len(damage) - _MOST_DAMAGE} more" if len(damage) > _MOST_DAMAGE else ""
@@ -186,6 +187,7 @@ class RecordingsPresenter(Presenter):
     def _choose_folder(self) -> None:
         if folder := self._context.dialogs.open_folder(_FOLDER):
             self.show_folder(Path(folder))
+            self._context.dialogs.remember_opened(folder)
 
     def _show_file(self, path: Path) -> None:
         QDesktopServices.openUrl(QUrl.fromLocalFile(str(path.parent)))

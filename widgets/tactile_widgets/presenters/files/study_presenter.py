@@ -57,6 +57,7 @@ class StudyPresenter(Presenter):
             dialog.replay_requested.connect(partial(self.replay, study))
             self._context.theme.changed.connect(dialog.set_theme)
             dialog.show()
+            self._context.dialogs.remember_opened(path)
 
     def replay(self, study: str, row: Row) -> None:
         """Simulate the run of a row again and open it as a recording; cancel a previous simulation."""

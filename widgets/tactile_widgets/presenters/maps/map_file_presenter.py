@@ -599,6 +599,7 @@ class MapFilePresenter(Presenter):
         self._file.drop_autosave()
         self._file = DocumentFile(Path(path), self._editor.document, folder=self._folder)
         self._context.settings.add_recent(path)
+        self._context.dialogs.remember_opened(path)
         self._notifier.succeed("open map")
         self.changed.emit()
         return True
@@ -625,6 +626,7 @@ class MapFilePresenter(Presenter):
         if drawing is not None and not is_drawn_so(document, drawing):
             self._editor.ask(partial(pin_as_drawn, drawing=drawing))
         self._context.settings.add_recent(path)
+        self._context.dialogs.remember_opened(path)
         self._notifier.succeed("open map")
         return True
 

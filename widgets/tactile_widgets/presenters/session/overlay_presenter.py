@@ -176,6 +176,7 @@ class OverlayPresenter(Presenter):
             )
             return
         self._other = other
+        self._context.dialogs.remember_opened(other.path)
         self._notifier.succeed("overlay recording")
         self.changed.emit()
         if self._session.shown is not None:

@@ -20,6 +20,7 @@ from tactile_widgets.context.presenter import Presenter
 from tactile_widgets.dialogs.connect_dialog import ConnectDialog
 from tactile_widgets.panels.touch.live_input_panel import LiveInputPanel
 from tactile_widgets.panels.touch.requested_motion_panel import RequestedMotionPanel
+from tactile_widgets.panels.touch.skin_check_panel import SkinCheckPanel
 from tactile_widgets.plots.timeline.scrub_bar import DamagedSpan
 from tactile_widgets.presenters.maps.map_file_presenter import MapFilePresenter
 from tactile_widgets.session.live_input import LiveInputSettings
@@ -164,7 +165,10 @@ class LiveInputPresenter(Presenter):
         self._map_files = map_files
         self.dialog: ConnectDialog | None = None
         context.actions.bind(connect=self.ask, disconnect=self._session.connection.close)
-        context.panels.get(LiveInputPanel).disconnect_requested.connect(context.session.connection.close)
+        panel = context.panels.get(LiveInputPanel)
+        panel.disconnect_requested.connect(context.session.connection.close)
+        panel.calibration_file_requested.connect(self._choose_calibration_file)
+        context.panels.get(SkinCheckPanel).report_requested.connect(self._choose_report)
         context.session.connection.changed.connect(self._on_live_input_changed)
         context.session.mode_changed.connect(self._on_mode_changed)
 
@@ -177,7 +181,7 @@ class LiveInputPresenter(Presenter):
 
     def _open_dialog(self) -> None:
         if self.dialog is None:
-            self.dialog = ConnectDialog(self._window)
+            self.dialog = ConnectDialog(self._context.dialogs, self._window)
             self.dialog.connect_requested.connect(self._on_connect_requested)
         self.dialog.say("")
         self.dialog.open()
@@ -189,7 +193,24 @@ class LiveInputPresenter(Presenter):
         except TactileMapsError as error:
             self.dialog.say(str(error))
         else:
+            used = (settings.address, settings.options.mapping, settings.ids, settings.calibration)
+            self._context.dialogs.remember_opened(*used)
             self.dialog.accept()
+
+    def _choose_calibration_file(self) -> None:
+        """Ask for a file, and write the gains and offsets."""
+        panel = self._context.panels.get(LiveInputPanel)
+        path = self._context.dialogs.save_file(
+            "Save gains and offsets", "gains.csv", "Calibration (*.csv)", over=panel.weight
+        )
+        if path:
+            panel.save_calibration(path)
+
+    def _choose_report(self) -> None:
+        """Ask for a file, and write the report of the check."""
+        path = self._context.dialogs.save_file("Save the report of the check", "skin check.html", "Web page (*.html)")
+        if path:
+            self._context.panels.get(SkinCheckPanel).save_report(path)
 
     def _on_mode_changed(self, mode: Mode) -> None:
         """Stop motion of the robot where the readings are not shown as they arrive."""

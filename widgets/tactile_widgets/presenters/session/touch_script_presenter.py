@@ -70,6 +70,7 @@ class TouchScriptPresenter(Presenter):
         """Restart the scene with its current settings and play a script."""
         with self._notifier.errors_shown("play script"):
             self._restart(stimuli=load_stimuli(path))
+            self._context.dialogs.remember_opened(path)
 
     def play_again(self, *, repeat: bool) -> None:
         """Restart the scene with its current settings and play its script, once or repeatedly."""
