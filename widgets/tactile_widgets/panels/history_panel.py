@@ -18,6 +18,7 @@ ROW = 24
 _MAX_ROWS = 8
 _MARGIN = 16
 _EMPTY = "Edits of the map and the skin are listed here; click a step to go back to it."
+_REPLAYING = "The timeline marks the edits of the recording; return to the session to see its own."
 _UNDONE = int(Qt.ItemDataRole.UserRole)
 _PRESENT = _UNDONE + 1
 _TIPS = {"now": "Current state", "done": "Undo all later edits", "undone": "Redo"}
@@ -119,7 +120,8 @@ class HistoryPanel(Panel):
 
     def __init__(self, editor: MapEditor, parent: QWidget | None = None) -> None:
         super().__init__("History", "history-panel", parent)
-        self._note = self.caption(_EMPTY)
+        self._editor = editor
+        self._note = self.caption(name="history-note")
         self.list = read_only_list(_StepList(self), "history-list", "History")
         self.steps = HistoryModel(editor, self)
         self.list.setMouseTracking(True)
@@ -127,21 +129,22 @@ class HistoryPanel(Panel):
         self.list.setItemDelegate(_StepDelegate(ROW, self.list))
         self.list.clicked.connect(self._on_clicked)
         self.column.addWidget(self.list)
-        editor.history_changed.connect(self._on_history_changed)
-        editor.enabled_changed.connect(self.list.setEnabled)
-        self.list.setEnabled(editor.enabled)
-        self._on_history_changed()
+        for signal in (editor.history_changed, editor.enabled_changed):
+            signal.connect(self._update_state)
+        self._update_state()
 
     def follow_skin(self, skins: SkinSteps) -> None:
         """List the changes of the skin too."""
         self.steps.follow_skin(skins)
-        skins.changed.connect(self._on_history_changed)
+        skins.changed.connect(self._update_state)
 
-    def _on_history_changed(self) -> None:
+    def _update_state(self) -> None:
         self.steps.refresh()
         count = self.steps.rowCount()
-        self._note.setVisible(count < 2)
-        self.list.setVisible(count > 1)
+        replaying = count > 0 and not self._editor.enabled
+        self._note.setText(_REPLAYING if replaying else _EMPTY)
+        self._note.setVisible(count < 2 or replaying)
+        self.list.setVisible(count > 1 and not replaying)
         self.list.setFixedHeight(ROW * min(max(count, 1), _MAX_ROWS))
         self.list.setCurrentIndex(self.steps.index(self.steps.position))  # which scrolls there
 

@@ -94,6 +94,9 @@ class PatchModel(SequenceModel):
     With a filter, only patches are listed whose name or link contains it.
 
     The items are the numbers of the patches. All changes by the user go through the editor.
+
+    Attributes:
+        document: The document whose patches are listed.
     """
 
     rejected = Signal(str)
@@ -103,10 +106,20 @@ class PatchModel(SequenceModel):
         super().__init__(parent)
         self._editor = editor
         self._filter = ""
-        self._document: MapDocument | None = None
-        editor.shown.connect(self._on_shown)
-        if editor.document is not None:
-            self._on_shown(editor.document)
+        self._recorded: MapDocument | None = None
+        self.document: MapDocument | None = None
+        editor.shown.connect(self._update)
+        self._update()
+
+    @property
+    def recorded(self) -> bool:
+        """True if the patches of a recording are listed, which cannot be changed."""
+        return self._recorded is not None
+
+    def show_recorded(self, document: MapDocument | None) -> None:
+        """List the patches of a recording instead of those of the editor's document, or the latter again."""
+        self._recorded = document
+        self._update()
 
     def set_filter(self, words: str) -> None:
         """List only patches whose name or link contains this text."""
@@ -118,22 +131,22 @@ class PatchModel(SequenceModel):
         return self.items.index(number) if number in self.items else -1
 
     def value(self, row: int, role: int) -> object:
-        if self._document is None:
+        if self.document is None:
             return None
         number = self.items[row]
-        patch = self._document.patches[number]
+        patch = self.document.patches[number]
         match role:
             case Qt.ItemDataRole.DisplayRole | Qt.ItemDataRole.EditRole:
                 return patch.name
             case Qt.ItemDataRole.ToolTipRole:
-                return _patch_tip(self._document, number)
+                return _patch_tip(self.document, number)
             case Qt.ItemDataRole.AccessibleTextRole:
                 return patch.name if patch.visible else f"{patch.name}, hidden"
         values = {
             NUMBER_ROLE: number,
             VISIBLE_ROLE: patch.visible,
             PINS_ROLE: len(patch.pins),
-            SEAMS_ROLE: len(self._document.charts[number].seams),
+            SEAMS_ROLE: len(self.document.charts[number].seams),
         }
         return values.get(role)
 
@@ -146,8 +159,8 @@ class PatchModel(SequenceModel):
     def why_rejected(self, number: int, name: str) -> str:
         """Return why a name would be rejected; empty if it would be accepted."""
         try:
-            if self._document is not None:
-                rename_patch(self._document, number, name)
+            if self.document is not None:
+                rename_patch(self.document, number, name)
         except MapError as error:
             return str(error)
         return ""
@@ -186,19 +199,19 @@ class PatchModel(SequenceModel):
 
     def move(self, numbers: Iterable[int], before: int) -> None:
         """Move patches before the row ``before``, in the given order."""
-        if self._document is None:
+        if self.document is None:
             return
         moved = tuple(numbers)
-        rest = [k for k in self._document.order if k not in moved]
+        rest = [k for k in self.document.order if k not in moved]
         above, below = ([k for k in part if k not in moved] for part in (self.items[:before], self.items[before:]))
         if above or below:
             to = rest.index(below[0]) if below else rest.index(above[-1]) + 1
             self._editor.do("Reorder patches", partial(reordered, numbers=moved, to=to))
 
-    def _on_shown(self, document: MapDocument) -> None:
-        before = self._document
-        self._document = document
-        if before is None or before.skin is not document.skin or before.order != document.order:
+    def _update(self) -> None:
+        before = self.document
+        document = self.document = self._editor.document if self._recorded is None else self._recorded
+        if before is None or document is None or before.skin is not document.skin or before.order != document.order:
             self._arrange()
         elif before.patches != document.patches or before.charts != document.charts:
             if self._filter:
@@ -207,7 +220,7 @@ class PatchModel(SequenceModel):
                 self.dataChanged.emit(self.index(0), self.index(len(self.items) - 1))
 
     def _arrange(self) -> None:
-        document = self._document
+        document = self.document
         order = () if document is None else document.order
         self.show_items(tuple(k for k in order if document and self._filter in _search_text(document, k)))
 
@@ -472,7 +485,8 @@ class PatchList(QListView):
     def _follow(self) -> None:
         """Select the patches that are selected in the editor."""
         selection = QItemSelection()
-        rows = [row for number in self._editor.selected if (row := self.patches.row_of(number)) >= 0]
+        selected = () if self.patches.recorded else self._editor.selected
+        rows = [row for number in selected if (row := self.patches.row_of(number)) >= 0]
         for row in rows:
             selection.select(self.patches.index(row), self.patches.index(row))
         self._following = True

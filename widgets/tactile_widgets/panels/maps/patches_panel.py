@@ -287,7 +287,7 @@ FILTER_FROM = 13
 """Number of patches from which the list has a search field."""
 _MARK = "▲"
 _EMPTY = "Open a robot to arrange the patches of its map."
-_REPLAYING = "A replay shows the recorded map; return to the session to edit it."
+_REPLAYING = "These are the patches of the recording; return to the session to edit its map."
 _SEARCH = "Find a patch or link"
 
 
@@ -335,9 +335,15 @@ class PatchesPanel(Panel):
         """Highlight the row of the patch under the pointer in a view."""
         self.list.show_hover(number)
 
+    def show_recorded(self, document: MapDocument | None) -> None:
+        """List the patches of a replayed map; None lists those of the edited map again."""
+        self.list.patches.show_recorded(document)
+        self._update_state()
+
     def _update_state(self) -> None:
         """Show one of the states empty, editable, or disabled by a replay."""
-        document = self._editor.document
+        patches = self.list.patches
+        document = patches.document if patches.recorded else self._editor.document
         count = 0 if document is None else len(document.patches)
         self._note.setText(_EMPTY if document is None else _REPLAYING)
         self._note.setHidden(document is not None and self._editor.enabled)
@@ -346,7 +352,7 @@ class PatchesPanel(Panel):
             self._filter.clear()
         for part in self._parts:
             part.setEnabled(self._editor.enabled)
-            part.setHidden(document is None)
+            part.setHidden(document is None or (part is not self.list and patches.recorded))
         if document is None:
             self._rejection.hide()
 

@@ -40,6 +40,7 @@ from tactile_widgets.panels.model.budget_section import BudgetSection
 from tactile_widgets.panels.model.reference_section import ReferenceSection
 from tactile_widgets.plots.work_precision_plot import WorkPrecisionPlot
 
+_REPLAYING = "Measurements are those of the session; return to it to see them."
 _DIED = "The measurement ended unexpectedly; the diagram before it is kept. Measure again."
 _BUDGET = "budget"
 """Name of the measurement that does not belong to a stage."""
@@ -197,6 +198,7 @@ class AccuracyPanel(Panel):
         self._running: tuple[str, _Measured] | None = None
         self._error = ""
         self._executor: Executor | None = None
+        self._editable = True
         self._window: _DetachedWindow | None = None
         self.board = make(
             AccuracyView,
@@ -252,6 +254,11 @@ class AccuracyPanel(Panel):
             self._stop()
         self._show()
 
+    def set_editable(self, *, editable: bool) -> None:
+        """Hide the measurements of the session while a recording is shown."""
+        self._editable = editable
+        self._show()
+
     def show_present(self, setting: Setting) -> None:
         """Take a current setting that is not part of the document: image, touch, simulation or control."""
         self._present[setting.stage] = setting
@@ -270,7 +277,7 @@ class AccuracyPanel(Panel):
 
     def _subject(self) -> Subject | None:
         """Return the selected patches, or all, as subject of a measurement."""
-        if self._document is None or self._executor is None:
+        if self._document is None or self._executor is None or not self._editable:
             return None
         return self._now(self._document, self._selected or tuple(range(len(self._document.patches))))
 
@@ -284,7 +291,8 @@ class AccuracyPanel(Panel):
         subject = self._subject()
         result = self._result(stage)
         if result is None or self._document is None:
-            self.board.show_empty(_measure_hint(stage, subject), can_measure=subject is not None)
+            hint = _measure_hint(stage, subject) if self._editable else _REPLAYING
+            self.board.show_empty(hint, can_measure=subject is not None)
         else:
             now = self._now(self._document, result.subject.patches)
             drawn = diagram(stage, result.trials, error=self.board.error, subject=now)
@@ -297,7 +305,9 @@ class AccuracyPanel(Panel):
         self.budget.show_present(self._present, can_measure=subject is not None and subject.prepared is not None)
 
     def _result(self, stage: Stage) -> _Measured | None:
-        """Return the results of the running measurement, or of the last one."""
+        """Return the results of the running measurement, or of the last one; None while a recording is shown."""
+        if not self._editable:
+            return None
         if self._running is not None and self._running[0] == stage.name and self._running[1].trials:
             return self._running[1]
         return self._results.get(stage.name)

@@ -23,6 +23,8 @@ from tactile_widgets.tools.map_editing.pin_tool import PinTool
 from tactile_widgets.tools.map_editing.seam_tool import SeamTool
 from tactile_widgets.tools.registry import SEAMS, Tools
 
+_COMPARED = "Maps and drawings (*.npz *.json *.csv *.tsv *.txt *.ini *.urdf *.xml)"
+
 
 class MapEditPresenter(Presenter):
     """Implements the actions of the menu Edit, and passes the document to views and session.
@@ -66,6 +68,7 @@ class MapEditPresenter(Presenter):
         self._context.theme.changed.connect(self.proposal.set_theme)
         compare = panels.get(ComparePanel)
         measurements = live.measurements
+        compare.files_requested.connect(self._choose_compared)
         compare.compare_requested.connect(measurements.compare)
         compare.shown_other.connect(self._on_shown_other)
         measurements.compared.connect(compare.show_comparison)
@@ -102,8 +105,11 @@ class MapEditPresenter(Presenter):
 
         When a recording is continued, the edits that its map has by then are one step, which can be undone.
         """
+        patches = self._context.panels.get(PatchesPanel)
         if self._session.replay.player is not None or self._session.run is None:
+            patches.show_recorded(MapDocument.of(prepared.map))
             return
+        patches.show_recorded(None)
         document = self._editor.document
         if document is not None and document.skin is prepared.map.skin:
             self._on_settled(document, "")
@@ -134,7 +140,9 @@ class MapEditPresenter(Presenter):
 
     def _on_map_changed(self, map_: TactileMap) -> None:
         """Show a recorded edit in a replay, and measure the map with it."""
-        self._views.show_document(MapDocument.of(map_))
+        document = MapDocument.of(map_)
+        self._views.show_document(document)
+        self._context.panels.get(PatchesPanel).show_recorded(document)
         self._session.measurements.measure(map_)
 
     def _on_mode_changed(self, mode: Mode) -> None:
@@ -149,6 +157,12 @@ class MapEditPresenter(Presenter):
 
     def _on_proposal_changed(self) -> None:
         self.proposal.show_proposal(self._editor.proposal)
+
+    def _choose_compared(self) -> None:
+        """Ask for the files of another layout, and compare with it."""
+        paths = self._context.dialogs.open_files("Compare with", _COMPARED)
+        if paths and self._context.panels.get(ComparePanel).open_paths(paths):
+            self._context.dialogs.remember_opened(*paths)
 
     def _on_shown_other(self, other: bool) -> None:
         """Show the compared layout without the editing tools, or the own map again."""
