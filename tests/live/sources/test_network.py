@@ -14,6 +14,7 @@ from tactile_maps.live.readings.wire_format import encode_binary, encode_json
 from tactile_maps.live.session.connection import Connection
 from tactile_maps.live.session.measured_session import MeasuredSession
 from tactile_maps.live.sources.network import UdpSource, ZmqSource, check_listening
+from tactile_maps.live.sources.open import SourceOptions, open_source
 from tests.support.simulated_clock import SimulatedClock
 from tests.support.touch import prepared_bar
 
@@ -55,11 +56,20 @@ def test_port_in_use_is_rejected_and_a_closed_source_reports_it(udp):
         other.receive(0.0)
 
 
-@pytest.mark.parametrize("host", ["192.0.2.1", "no-such-host.invalid"])
-def test_address_of_another_computer_is_not_blamed_on_the_port(host):
-    source = UdpSource(host, 0, token=SECRET, remote=True)
+def test_address_of_another_computer_is_not_blamed_on_the_port():
+    source = UdpSource("192.0.2.1", 0, token=SECRET, remote=True)
     with pytest.raises(LiveError, match="this computer does not have the address.*127.0.0.1, or 0.0.0.0"):
         source.open()
+
+
+@pytest.mark.parametrize("token", [None, SECRET])
+@pytest.mark.parametrize("host", ["no-such-host.invalid", "no..such"])
+@pytest.mark.parametrize("kind", ["udp", "zmq", "yarp"])
+def test_unknown_host_is_named_with_and_without_a_token(kind, host, token):
+    if kind == "zmq":
+        pytest.importorskip("zmq")
+    with pytest.raises(LiveError, match=rf"unknown host \(found: {host}\)\. Check its spelling"):
+        open_source(f"{kind}://{host}:9870", SourceOptions(token=token)).open()
 
 
 def test_packets_without_the_token_are_rejected():
@@ -99,7 +109,7 @@ def test_udp_packet_with_a_wild_time_does_not_advance_live_time(numbered):
     connection.close()
 
 
-@pytest.mark.parametrize("host", ["0.0.0.0", "::", "192.168.1.7", "robot.local"])
+@pytest.mark.parametrize("host", ["0.0.0.0", "::", "192.168.1.7"])
 def test_other_machines_are_accepted_only_on_request_with_a_token(host):
     with pytest.raises(UsageError, match="is not enabled"):
         check_listening(host, remote=False, token=SECRET)
@@ -155,7 +165,7 @@ def heard(source, publisher):
 def test_invalid_address_is_rejected():
     pytest.importorskip("zmq")
     with pytest.raises(LiveError, match="invalid address"):
-        ZmqSource("not a host", 1).open()
+        ZmqSource("127.0.0.1", 70_000).open()
 
 
 def test_newest_packet_of_a_full_buffer_is_used_and_the_others_are_counted():

@@ -55,6 +55,7 @@ def test_invalid_source_is_reported_in_the_dialog(window, tmp_path):
         ("File", str(tmp_path / "none.csv"), "none.csv"),
         ("File", " ", "No source is named"),
         ("UDP", "udp://0.0.0.0:9870", "This address is open to other machines (found: 0.0.0.0). Listen on 127.0.0.1"),
+        ("UDP", "udp://no-such-host.invalid:9870", "Unknown host (found: no-such-host.invalid). Check its spelling"),
         ("ROS 2", "ros2:", "need a mapping"),
     ):
         dialog.kind.setCurrentText(kind)

@@ -11,7 +11,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from tactile_maps.core.errors import LiveError, UsageError
-from tactile_maps.live.sources.network import check_token, is_group, is_this_machine
+from tactile_maps.live.sources.network import check_known, check_token, is_group, is_this_machine
 from tactile_maps.live.sources.open import host_and_port
 from tactile_maps.live.sources.send import sender
 
@@ -23,6 +23,7 @@ def check_sending(address: str, *, remote: bool) -> None:
 
     Raises:
         UsageError: Another machine was not requested, the address is of a group of machines, or it is invalid.
+        LiveError: The host is unknown.
     """
     host, _ = host_and_port(address)
     if urlsplit(address).scheme not in ("udp", "zmq"):
@@ -31,7 +32,10 @@ def check_sending(address: str, *, remote: bool) -> None:
     if is_group(host):
         remedy = "Give the address of the computer that runs the robot's driver"
         raise UsageError("motion can only be sent to one driver", place="--send", value=host, remedy=remedy)
-    if not (remote or is_this_machine(host)):
+    if is_this_machine(host):
+        return
+    check_known(host)
+    if not remote:
         remedy = "Send to 127.0.0.1, or add --remote"
         raise UsageError("sending motion to other machines is not enabled", value=host, remedy=remedy)
 

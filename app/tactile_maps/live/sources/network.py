@@ -28,11 +28,13 @@ def check_listening(host: str, *, remote: bool, token: str | None) -> None:
 
     Raises:
         UsageError: It is not, or the token is too short.
+        LiveError: The host is unknown.
     """
     if token is not None:
         check_token(token)
     if is_this_machine(host):
         return
+    check_known(host)
     if token is None:
         remedy = "Listen on 127.0.0.1, or set a token and send it in every packet"
         raise UsageError("this address is open to other machines", value=host, remedy=remedy)
@@ -54,6 +56,15 @@ def is_this_machine(host: str) -> bool:
         return host == "localhost" or ipaddress.ip_address(host).is_loopback
     except ValueError:
         return False
+
+
+def check_known(host: str) -> None:
+    """Raise LiveError for a host name that cannot be resolved."""
+    try:
+        socket.getaddrinfo(host, None)
+    except (OSError, UnicodeError) as error:  # labels that are empty or too long raise UnicodeError
+        remedy = "Check its spelling and the network, or give its IP address"
+        raise LiveError("unknown host", value=host, remedy=remedy) from error
 
 
 def is_group(host: str) -> bool:
@@ -127,6 +138,7 @@ class UdpSource:
 
     def open(self) -> None:
         """Listen on the port."""
+        check_known(self._host)
         family = socket.AF_INET6 if ":" in self._host else socket.AF_INET
         opened = socket.socket(family, socket.SOCK_DGRAM)
         try:
@@ -135,7 +147,7 @@ class UdpSource:
             opened.setblocking(False)
         except (OSError, OverflowError) as error:
             opened.close()
-            if isinstance(error, socket.gaierror) or getattr(error, "errno", None) == errno.EADDRNOTAVAIL:
+            if getattr(error, "errno", None) == errno.EADDRNOTAVAIL:
                 problem = "this computer does not have the address"
                 remedy = "Give one of its own, such as 127.0.0.1, or 0.0.0.0 for all of them"
             else:
@@ -214,6 +226,7 @@ class ZmqSource:
 
     def __init__(self, host: str, port: int, *, token: str | None = None) -> None:
         self.address = f"zmq://{host}:{port}"
+        self._host = host
         self._endpoint = f"tcp://{host}:{port}"
         self._token = token
         self._context: Any = None
@@ -222,6 +235,7 @@ class ZmqSource:
     def open(self) -> None:
         """Connect; the publisher may start later."""
         zmq = import_zmq()
+        check_known(self._host)  # ZeroMQ would wait for it without an error
         self._context = zmq.Context()
         self._socket = self._context.socket(zmq.SUB)
         try:

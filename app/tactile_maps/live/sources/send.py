@@ -22,7 +22,7 @@ import numpy as np
 from tactile_maps.core.errors import LiveError, TactileMapsError, UsageError
 from tactile_maps.live.readings.readings import MalformedReadingError, Reading, SourceEndedError, Unit
 from tactile_maps.live.readings.wire_format import encode_binary, encode_json
-from tactile_maps.live.sources.network import import_zmq
+from tactile_maps.live.sources.network import check_known, import_zmq
 from tactile_maps.live.sources.open import SourceOptions, host_and_port, open_source
 
 MOST_TAXELS = 100_000
@@ -39,6 +39,7 @@ def sender(address: str) -> Iterator[Callable[[bytes], Any]]:
     host, port = host_and_port(address)
     scheme = urlsplit(address).scheme
     if scheme == "udp":
+        check_known(host)
         with socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET, socket.SOCK_DGRAM) as opened:
             yield lambda packet: opened.sendto(packet, (host, port))
     elif scheme == "zmq":

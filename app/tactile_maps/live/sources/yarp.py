@@ -16,6 +16,7 @@ import numpy as np
 
 from tactile_maps.core.errors import LiveError
 from tactile_maps.live.readings.readings import MOST_VALUES, MalformedReadingError, Reading
+from tactile_maps.live.sources.network import check_known
 
 _NAME = "tactile-maps"
 _SECONDS = 3.0
@@ -120,6 +121,7 @@ class YarpSource:
     def _connect(self, host: str, port: int) -> None:
         self._bytes.clear()
         self._envelope = None
+        check_known(host)
         try:
             self._socket = socket.create_connection((host, port), timeout=_SECONDS)
         except OSError as error:
