@@ -165,7 +165,7 @@ def heard(source, publisher):
 def test_invalid_address_is_rejected():
     pytest.importorskip("zmq")
     with pytest.raises(LiveError, match="invalid address"):
-        ZmqSource("127.0.0.1", 70_000).open()
+        ZmqSource("127.0.0.1", -1).open()
 
 
 def test_newest_packet_of_a_full_buffer_is_used_and_the_others_are_counted():
