@@ -13,7 +13,7 @@ import mujoco
 from tactile_maps.core.errors import Finding, MeshError, RobotError
 from tactile_maps.core.file_kinds import FileKind
 from tactile_maps.geometry.surface.mesh import Mesh
-from tactile_maps.robots.files.mesh_files import FOREIGN_FORMATS, MESH_SUFFIXES, read_mesh, to_metres, to_msh
+from tactile_maps.robots.files.mesh_files import FOREIGN_FORMATS, MESH_SUFFIXES, read_mesh_in_metres, to_msh
 from tactile_maps.robots.files.safe_files import parse_model_xml, read_bytes
 from tactile_maps.robots.formats.mjcf import load_mjcf
 from tactile_maps.robots.formats.urdf import load_urdf
@@ -34,10 +34,9 @@ def load_bare_mesh(path: Path) -> Robot:
         RobotError: The file is missing or a folder.
         MeshError: The mesh cannot be read, is empty, has no area, or contains numbers that are not finite.
     """
-    mesh = read_mesh(path)
+    mesh, findings = read_mesh_in_metres(path, where=str(path))
     if mesh.area == 0.0:
         raise MeshError("the mesh has no area", file=path, remedy="Export it again with its surface")
-    mesh, findings = to_metres(mesh, where=str(path))
     return robot_of_mesh(mesh, name=path.stem, source=str(path), findings=findings)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from tactile_maps.core.errors import Finding, MeshError, SceneError, TactileMapsError
 from tactile_maps.geometry.surface.mesh import Mesh
-from tactile_maps.robots.files.mesh_files import read_mesh, to_metres
+from tactile_maps.robots.files.mesh_files import read_mesh_in_metres
 from tactile_maps.scene.objects import ObjectSpec, SceneObject
 from tactile_maps.scene.scene import Scene
 
@@ -41,7 +41,7 @@ def _make_object(spec: ObjectSpec, folder: Path, place: str) -> SceneObject:
         mesh = primitive_mesh(spec)
         return SceneObject(spec, mesh, _in_millimetres(spec, mesh))
     try:
-        mesh, findings = to_metres(read_mesh(folder / spec.file), where=spec.name)
+        mesh, findings = read_mesh_in_metres(folder / spec.file, where=spec.name)
     except TactileMapsError as error:
         value = error.value or error.place or spec.file
         raise error.at(kind=SceneError, place=place, value=value) from error

@@ -15,7 +15,7 @@ import numpy as np
 from tactile_maps.core.errors import SkinError, check_names
 from tactile_maps.core.file_kinds import FileKind
 from tactile_maps.core.progress import Progress, no_progress
-from tactile_maps.robots.files.mesh_files import read_mesh, to_metres
+from tactile_maps.robots.files.mesh_files import read_mesh_in_metres
 from tactile_maps.robots.library import load_robot
 from tactile_maps.robots.model.home_posture import check_home
 from tactile_maps.skin.fitting.cover import CoverSpec, cover_robot
@@ -105,7 +105,7 @@ def open_skin(
         return _read_taxels((path,), spec)
     if kind is FileKind.MESH and spec.surface != "cover":
         check_home(spec.home, (), source=str(path))
-        mesh, findings = to_metres(read_mesh(path), where=path.name)
+        mesh, findings = read_mesh_in_metres(path, where=path.name)
         skin = skin_of_mesh(mesh, spec.placement, name=path.stem, surface=spec.surface, progress=progress)
         return replace(skin, findings=(*findings, *skin.findings))
     robot = load_robot(str(source), package_roots=spec.package_roots, home=spec.home)

@@ -228,6 +228,15 @@ def test_mesh_without_room_for_taxels_is_described_with_the_problem(capsys, tmp_
     assert "Place more taxels" in problem["remedy"]
 
 
+def test_faces_with_fewer_than_three_corners_are_counted_with_the_first_line(capsys, tmp_path):
+    mesh = tmp_path / "pad.obj"
+    mesh.write_text(TETRAHEDRON + "f 1 2\nf 3\n")
+    (problem,) = [one for one in result_of(capsys, "inspect", mesh)["problems"] if one["kind"] == "short-face"]
+    assert problem["count"] == 2
+    assert problem["remedy"] == "fewer than three corners, dropped; the first is in line 9"
+    assert "short-face" in [one["kind"] for one in result_of(capsys, "map", mesh, "--taxels", 20)["findings"]]
+
+
 @pytest.mark.parametrize("command", ["inspect", "map"])
 def test_wrong_corner_of_a_mesh_is_one_line_in_both_commands(capsys, tmp_path, command):
     mesh = tmp_path / "pad.obj"

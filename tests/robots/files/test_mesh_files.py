@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from tactile_maps.core.errors import MeshError, RobotError, TactileMapsError
+from tactile_maps.core.errors import Finding, MeshError, RobotError, TactileMapsError
 from tactile_maps.geometry.surface.mesh import Mesh
 from tactile_maps.robots.files import mesh_files
 from tactile_maps.robots.files.mesh_files import (
@@ -22,6 +22,7 @@ from tactile_maps.robots.files.mesh_files import (
     parse_mesh,
     placeholder,
     read_mesh,
+    read_mesh_in_metres,
     split_scale,
     to_metres,
     to_msh,
@@ -144,6 +145,37 @@ def test_body_far_from_the_origin_is_reported():
     same, findings = to_metres(there, where="box.stl")
     assert same is there
     assert [finding.kind for finding in findings] == ["far-away"]
+
+
+TETRAHEDRON = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
+
+
+@pytest.mark.parametrize(
+    ("lines", "count", "line"),
+    [
+        ("f 1 2", 1, 9),
+        ("f\n\nf 3", 2, 9),
+        ("vt 0 0\nf 1/1 2/1", 1, 10),
+        ("f 1 2 # 3", 1, 9),
+        ("\tf 1 2", 1, 9),
+        ("f 1 2 \\\n3 4\nf 1 \\\n2", 1, 11),
+        ("f 1 2 3 4\r\nf 1 2\r\n", 1, 10),
+        ("l 1 2\nf 1 2 3 4", 0, 0),
+    ],
+)
+def test_faces_with_fewer_than_three_corners_are_findings(tmp_path, lines, count, line):
+    path = _made(tmp_path / "pad.obj", (TETRAHEDRON + lines + "\n").encode())
+    store = AssetStore()
+    store.add(path)
+    for findings, where in ((read_mesh_in_metres(path, where="pad")[1], "pad"), (store.findings, str(path))):
+        action = f"fewer than three corners, dropped; the first is in line {line}"
+        assert list(findings) == [Finding("short-face", where, action, count)][:count]
+
+
+@pytest.mark.parametrize("face", ["f 1 2 3 # top", "\tf 1 2 3", " f 1 2 3", "f\t1\t2\t3", "f 1 2 3 4 # top"])
+def test_faces_with_comments_tabs_and_indents_are_read(tmp_path, face):
+    path = _made(tmp_path / "pad.obj", f"{TETRAHEDRON}{face}\n".encode())
+    assert len(read_mesh(path).faces) == 4 + face.count(" 4") + 1
 
 
 def test_format_of_mujoco_keeps_vertices_and_faces():

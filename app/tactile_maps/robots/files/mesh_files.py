@@ -28,7 +28,13 @@ from tactile_maps.core.errors import Finding, MeshError, RobotError
 from tactile_maps.core.file_kinds import FileKind
 from tactile_maps.geometry.surface.mesh import Mesh
 from tactile_maps.robots.files.mesh_limits import check_collada, reduced_glb, reduced_gltf, reduced_obj, reduced_stl
-from tactile_maps.robots.files.plain_meshes import read_binary_stl, read_plain_obj, stl_truncation
+from tactile_maps.robots.files.plain_meshes import (
+    read_binary_stl,
+    read_plain_obj,
+    short_faces,
+    stl_truncation,
+    tidy_obj,
+)
 from tactile_maps.robots.files.safe_files import parse_xml, read_bytes, resolve_inside
 
 MESH_SUFFIXES = FileKind.MESH.suffixes
@@ -85,6 +91,18 @@ def read_mesh(path: Path) -> Mesh:
     return parse_mesh(read_bytes(path), path)
 
 
+def read_mesh_in_metres(path: Path, *, where: str) -> tuple[Mesh, tuple[Finding, ...]]:
+    """Read a mesh like ``read_mesh``, in metres as ``to_metres`` assumes; findings also report what is left out.
+
+    Args:
+        path: The file.
+        where: Name of the file, for findings.
+    """
+    read, left_out = _parsed(read_bytes(path), path, weld=True, where=where)
+    mesh, assumed = to_metres(read, where=where)
+    return mesh, (*left_out, *assumed)
+
+
 def parse_mesh(data: bytes, path: Path, *, weld: bool = True) -> Mesh:
     """Read a mesh like ``read_mesh`` from bytes.
 
@@ -93,6 +111,10 @@ def parse_mesh(data: bytes, path: Path, *, weld: bool = True) -> Mesh:
         path: Path, whose suffix states the format.
         weld: Make corners at the same place one vertex. Not needed for files that ``AssetStore`` wrote.
     """
+    return _parsed(data, path, weld=weld, where="")[0]
+
+
+def _parsed(data: bytes, path: Path, *, weld: bool, where: str) -> tuple[Mesh, tuple[Finding, ...]]:
     check_format(path)
     if data.startswith(_LFS_POINTER):
         raise MeshError(
@@ -102,10 +124,10 @@ def parse_mesh(data: bytes, path: Path, *, weld: bool = True) -> Mesh:
         )
     if not data.strip():
         raise MeshError("the file is empty", file=path, remedy="Export it again")
-    vertices, faces = _triangles(data, path)
+    vertices, faces, findings = _triangles(data, path, where=where)
     if not len(faces):
         raise MeshError("the mesh has no triangles", file=path, remedy="Export it again with its surface")
-    return _checked_mesh(vertices, faces, path, weld=weld)
+    return _checked_mesh(vertices, faces, path, weld=weld), findings
 
 
 def _checked_mesh(vertices: FloatArray, faces: IntArray, path: Path, *, weld: bool) -> Mesh:
@@ -117,15 +139,22 @@ def _checked_mesh(vertices: FloatArray, faces: IntArray, path: Path, *, weld: bo
         raise error.at(file=path) from error
 
 
-def _triangles(data: bytes, path: Path) -> tuple[FloatArray, IntArray]:
-    """Return the vertices (n, 3) and faces (m, 3) of a file; a file of points has no faces."""
+def _triangles(data: bytes, path: Path, *, where: str) -> tuple[FloatArray, IntArray, tuple[Finding, ...]]:
+    """Return the vertices (n, 3) and faces (m, 3) of a file, and what was left out; a file of points has no faces."""
     suffix = path.suffix.lower()
     cut = stl_truncation(data) if suffix == ".stl" else ""
     if cut:
         raise MeshError(cut, file=path, remedy="Copy or export it again")
+    if suffix == ".obj":
+        data = tidy_obj(data)
     try:
         plain = _PLAIN_READERS[suffix](data) if suffix in _PLAIN_READERS else None
-        return plain or _by_trimesh(data, suffix, path)
+        if plain is not None:
+            return *plain, ()
+        short, first = short_faces(data) if suffix == ".obj" else (0, 0)
+        action = f"fewer than three corners, dropped; the first is in line {first}"
+        findings = (Finding("short-face", where, action, short),) if short else ()
+        return *_by_trimesh(data, suffix, path), findings
     except _parser_errors() as error:
         line = f"line {error.lineno}" if isinstance(error, JSONDecodeError) else None
         form = suffix[1:].upper()
@@ -455,7 +484,8 @@ class AssetStore:
         cut = stl_truncation(data) if path.suffix.lower() == ".stl" else ""
         if cut:
             return MissingMesh(path, cut, "copy or export it again")
-        vertices, faces = _triangles(data, path)
+        vertices, faces, left_out = _triangles(data, path, where=str(path))
+        self.findings += left_out
         if not len(faces):
             hull = _hull(vertices)
             if hull is None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
+import trimesh
 
 from tactile_maps.core.errors import Finding
 from tactile_widgets.common.note_list import Note
@@ -54,3 +55,16 @@ def test_messages_of_the_window_are_kept(window_again):
     assert (fault.text, fault.fault) == ("The file cannot be read", True)
     assert (message.text, message.fault) == ("Saved a.mcap", False)
     window_again.notification_bar.clear()
+
+
+def test_faces_that_a_mesh_lacks_are_listed_when_it_is_opened(new_window, tmp_path):
+    mesh = tmp_path / "pad.obj"
+    ball = trimesh.creation.icosphere(2, radius=0.05)
+    ball.export(mesh)
+    lines = mesh.read_text()
+    mesh.write_text(f"{lines.rstrip()}\nf 1 2\nf 2 3\n")
+    new_window.presenters.files.open_path(str(mesh))
+    line = lines.rstrip().count("\n") + 2
+    notes = new_window.column.get(FindingsPanel).list.notes
+    action = f"Fewer than three corners, dropped; the first is in line {line}"
+    assert Note(f"2 × short face, {mesh}", action, fault=False) in notes
