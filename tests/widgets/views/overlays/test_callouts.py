@@ -53,3 +53,21 @@ def test_caption_is_placed_next_to_a_small_patch_not_on_it():
     assert callout.leader is not None
     (crowded,) = place_callouts([spot], ROOM, kept=[ROOM])
     assert ROOM.contains(crowded.box)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_leader_lines_cross_no_caption_and_no_other_contact_where_there_is_room(seed):
+    rng = np.random.default_rng(seed)
+    patch = QRectF(210, 170, 90, 60)
+    names = [QRectF(215, 150, 80, 17), QRectF(*rng.uniform((10, 10), (90, 330)).tolist(), 70, 17)]
+    spots = [Spot(QPointF(*at), 9.0, WORDS) for at in rng.uniform((225, 180), (285, 195), (2, 2)).tolist()]
+    callouts = place_callouts(spots, ROOM, others=names, kept=[patch])
+    lines = [callout.leader for callout in callouts if callout.leader is not None]
+    assert lines, "the captions are next to the small patch"
+    for number, callout in enumerate(callouts):
+        if callout.leader is None:
+            continue
+        along = [callout.leader[0] + k / 200 * (callout.leader[1] - callout.leader[0]) for k in range(201)]
+        others = [spot.box for k, spot in enumerate(spots) if k != number]
+        boxes = [one.box for k, one in enumerate(callouts) if k != number]
+        assert not any(box.contains(point) for box in (*names, *others, *boxes) for point in along)

@@ -7,7 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import product
+from operator import itemgetter
 
 from PySide6.QtCore import QPointF, QRectF, QSizeF
 
@@ -48,6 +50,10 @@ class Spot:
         return QRectF(self.at.x() - self.radius, self.at.y() - self.radius, 2 * self.radius, 2 * self.radius)
 
 
+Leader = tuple[QPointF, QPointF]
+"""Ends of a leader line."""
+
+
 @dataclass(frozen=True)
 class Callout:
     """Place of a caption.
@@ -58,13 +64,15 @@ class Callout:
     """
 
     box: QRectF
-    leader: tuple[QPointF, QPointF] | None = None
+    leader: Leader | None = None
 
 
 def place_callouts(
     spots: Sequence[Spot], room: QRectF, others: Sequence[QRectF] = (), kept: Sequence[QRectF] = ()
 ) -> list[Callout]:
     """Place the caption of each spot within ``room``, over no other caption, and if possible over no spot.
+
+    If possible, leader lines cross no caption and no other spot.
 
     Args:
         spots: Spots, the most important first.
@@ -77,12 +85,26 @@ def place_callouts(
     kept = [*(spot.box for spot in spots), *kept]
     placed: list[Callout] = []
     for spot in spots:
-        placed.append(_place(spot, kept, [*others, *(one.box for one in placed)], room))
+        taken = [*others, *(one.box for one in placed)]
+        crossed = [*taken, *(other.box for other in spots if other is not spot)]
+        lines = [one.leader for one in placed if one.leader is not None]
+        found = list[tuple[tuple[bool, bool], Callout]]()
+        for box in _candidates(spot):
+            if not room.contains(box) or any(map(box.intersects, taken)):
+                continue
+            callout = _led(spot, box)
+            over = any(map(box.intersects, kept))
+            led = callout.leader is not None and any(map(partial(_meets, callout.leader), crossed))
+            found.append(((over, led or any(_meets(line, box) for line in lines)), callout))
+            if not any(found[-1][0]):
+                break
+        best = min(found, key=itemgetter(0), default=None)
+        placed.append(_led(spot, _into(next(_candidates(spot)), room)) if best is None else best[1])
     return placed
 
 
-def _place(spot: Spot, kept: Sequence[QRectF], taken: Sequence[QRectF], room: QRectF) -> Callout:
-    box = _first_free(spot, kept, taken, room) or _into(next(_candidates(spot)), room)
+def _led(spot: Spot, box: QRectF) -> Callout:
+    """Return a caption at ``box`` with its leader line, if it needs one."""
     end = QPointF(
         min(max(spot.at.x(), box.left()), box.right()),
         min(max(spot.at.y(), box.top()), box.bottom()),
@@ -94,15 +116,21 @@ def _place(spot: Spot, kept: Sequence[QRectF], taken: Sequence[QRectF], room: QR
     return Callout(box, (spot.at + away * (spot.radius / distance), end))
 
 
-def _first_free(spot: Spot, kept: Sequence[QRectF], taken: Sequence[QRectF], room: QRectF) -> QRectF | None:
-    """First candidate over no spot and no caption, or else over no caption; None without one."""
-    legible: QRectF | None = None
-    for box in _candidates(spot):
-        if room.contains(box) and not any(map(box.intersects, taken)):
-            if not any(map(box.intersects, kept)):
-                return box
-            legible = legible or box
-    return legible
+def _meets(line: Leader, box: QRectF) -> bool:
+    """Whether a line from one point to another meets a box."""
+    first, last = 0.0, 1.0  # shares of the line between which it is in the box
+    for start, end, low, high in (
+        (line[0].x(), line[1].x(), box.left(), box.right()),
+        (line[0].y(), line[1].y(), box.top(), box.bottom()),
+    ):
+        if start == end:
+            if not low <= start <= high:
+                return False
+            continue
+        one, other = (low - start) / (end - start), (high - start) / (end - start)
+        first = max(first, min(one, other))
+        last = min(last, max(one, other))
+    return first <= last
 
 
 def _candidates(spot: Spot) -> Iterator[QRectF]:

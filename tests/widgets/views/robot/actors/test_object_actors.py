@@ -6,6 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from PySide6.QtGui import QColor
+from scipy import ndimage
 
 from tactile_maps.scene.object_meshes import make_objects
 from tactile_maps.scene.objects import ObjectSpec
@@ -91,6 +93,28 @@ def test_floor_of_the_scene_replaces_the_floor_grid(scene, plotter, prepared):
     wall = replace(FLOOR, turn=(90.0, 0.0, 0.0), at=(0.0, 1.0, 0.0))
     scene.show_prepared(among(prepared, wall))
     assert "ground" in plotter.actors, "a wall is no floor"
+
+
+@pytest.mark.parametrize("theme", [DARK, LIGHT])
+def test_lines_of_the_floor_do_not_cross_the_robot(scene, plotter, prepared, theme):
+    scene.set_theme(theme)
+    scene.show_prepared(prepared)
+    scene.show_frame(Session(prepared, scripted=False).frame)
+    plotter.window_size = (1100, 1000)
+
+    def picture():
+        plotter.render()
+        return plotter.screenshot(return_img=True).astype(int)
+
+    with_lines = picture()
+    plotter.actors["ground"].SetVisibility(False)
+    without = picture()
+    background = np.array(QColor(theme.window).getRgb()[:3])
+    robot = np.abs(without - background).max(axis=2) > 3
+    inner = robot & ndimage.binary_erosion(robot, iterations=2)
+    assert inner.sum() > 10_000
+    assert (with_lines[~robot] != without[~robot]).any(), "lines are drawn next to the robot"
+    assert np.abs(with_lines - without)[inner].max() <= 1
 
 
 @pytest.mark.long

@@ -18,12 +18,13 @@ from tactile_widgets.common.colours import Theme
 from tactile_widgets.overlays.taxel_faults import FaultLegend
 from tactile_widgets.views.map.items.background import BackgroundLegend
 from tactile_widgets.views.map.items.map_canvas import CONTACT_KPA, MapCanvas
-from tactile_widgets.views.map.items.map_coordinates import MARGIN_PX, MapCamera, nice_floor
+from tactile_widgets.views.map.items.map_coordinates import MapCamera, nice_floor
 from tactile_widgets.views.map.items.map_items import ZOrder
-from tactile_widgets.views.map.items.map_shapes import MapShapes, PatchShape
+from tactile_widgets.views.map.items.map_shapes import MapShapes
 from tactile_widgets.views.map.items.taxel_faults import fault_marks_legend
 from tactile_widgets.views.map.painting.legend_place import LegendPlace
 from tactile_widgets.views.map.painting.map_layers import ellipse_polygon, ellipses_on_map
+from tactile_widgets.views.map.painting.name_place import NamePlace
 from tactile_widgets.views.map.painting.task_layer import TaskPainter, task_legend, task_legend_entries
 from tactile_widgets.views.overlays.callouts import LABELLED, Callout, Spot, more_contacts, place_callouts
 from tactile_widgets.views.overlays.legend import Legend
@@ -176,6 +177,7 @@ class MapPainter:
         self._legend_cache = PaintCache(at_once=True)
         self._legends = LegendPlace(EDGE)
         self._caption, self._figure = caption_fonts(font)
+        self._names = NamePlace(self._caption)
 
     def paint(self, painter: QPainter, marks: MapMarks, picture: MapCanvas, view: QTransform, room: QRectF) -> None:
         """Paint all marks, and the layers over the canvas.
@@ -220,25 +222,10 @@ class MapPainter:
     def _name_chips(
         self, marks: MapMarks, picture: MapCanvas, view: QTransform, room: QRectF
     ) -> list[tuple[QRectF, str]]:
-        """Return box and text of the patches' names, moved sideways from under legends."""
+        """Return box and text of the patches' names."""
         legends = [box for _, box in self._legends_of(marks, picture.shapes, room)]
-        found = [self._name_chip(patch, view, room) for patch in picture.shapes.patches]
-        return [(_next_to(box, legends, room), text) for box, text in (chip for chip in found if chip is not None)]
-
-    def _name_chip(self, patch: PatchShape, view: QTransform, room: QRectF) -> tuple[QRectF, str] | None:
-        """Return box and text of a patch's name; None if there is no room for it."""
-        low, high = patch.box
-        box = view.mapRect(QRectF(*low, *(high - low)))
-        if not (patch.shown and box.intersects(room)) or box.width() < 24:
-            return None
-        metrics = QFontMetricsF(self._caption)
-        text = metrics.elidedText(patch.name, Qt.TextElideMode.ElideMiddle, max(box.width() + 16, 40))
-        size = chip_size(text, self._caption)
-        middle = box.intersected(room).center().x()
-        left = min(max(middle - size.width() / 2, EDGE), room.right() - EDGE - size.width())
-        # Above its patch, also if the map is framed; at the viewport's upper edge if the patch extends beyond it.
-        top = max(box.top() - size.height() - 2, EDGE if box.top() < MARGIN_PX - 1 else 0.0)
-        return QRectF(QPointF(left, top), size), text
+        scale, *_ = self._scale(picture.shapes.frame.scale * view.m11(), room)
+        return self._names.names(picture.shapes, view, room, legends, scale)
 
     def caption_boxes(self, marks: MapMarks, picture: MapCanvas, view: QTransform, room: QRectF) -> list[QRectF]:
         """Return the boxes of all captions except those of contacts: names, state, scale bar, readout and legends."""
@@ -344,11 +331,20 @@ class MapPainter:
                 painter.setBrush(WHITE)
                 painter.drawEllipse(at, 2.0, 2.0)
                 painter.setBrush(Qt.BrushStyle.NoBrush)
-        for callout, text in self.callouts(marks, picture, view, room):
+        captions = self.callouts(marks, picture, view, room)
+        behind = QPainterPath()
+        behind.addRect(room)
+        for box, _ in self._name_chips(marks, picture, view, room) if captions else ():
+            behind.addRect(box)  # odd-even: leader lines pass behind the names
+        painter.save()
+        painter.setClipPath(behind)
+        for callout, _ in captions:
             if callout.leader is not None:
                 for pen in (QPen(faint(RIM, 110), 2.8), QPen(QColor(self.theme.text), 1.0)):
                     painter.setPen(pen)
                     painter.drawLine(*callout.leader)
+        painter.restore()
+        for callout, text in captions:
             paint_chip(painter, callout.box, text, self._figure, self.theme.text, self.theme.panel)
 
     def _paint_captions(
@@ -450,14 +446,3 @@ class MapPainter:
 def _near(one: QPointF, other: QPointF, distance: float = 20.0) -> bool:
     away = one - other
     return bool(np.hypot(away.x(), away.y()) <= distance)
-
-
-def _next_to(box: QRectF, legends: Sequence[QRectF], room: QRectF) -> QRectF:
-    """Return the box moved to the nearer side of the legend that it intersects, if there is room."""
-    for legend in legends:
-        if box.intersects(legend):
-            lefts = (legend.left() - box.width() - 4, legend.right() + 4)
-            moved = [box.translated(left - box.left(), 0) for left in lefts]
-            free = [one for one in moved if one.left() >= EDGE and one.right() <= room.right() - EDGE]
-            return min(free, key=lambda one: abs(one.left() - box.left()), default=box)
-    return box

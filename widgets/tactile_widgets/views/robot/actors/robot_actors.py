@@ -43,6 +43,8 @@ _FADE = 0.94
 """Transparency of the bare links while the skin is flat."""
 _FLAT_FILL = 0.8
 """Fraction of the picture that the flat skin fills."""
+_BEHIND = 100.0
+"""Offset of the floor's lines away from the camera [VTK's units of depth]."""
 
 
 class BodyLayer:
@@ -511,7 +513,7 @@ class RobotActors:
             self.plotter.remove_actor("ground", render=False)
             return
         colour = mixed(self.theme.window, self.theme.quiet, 0.28)
-        self.plotter.add_mesh(
+        floor = self.plotter.add_mesh(
             floor_grid(self._corners()),
             color=colour,
             line_width=1,
@@ -520,6 +522,8 @@ class RobotActors:
             pickable=False,
             reset_camera=False,
         )
+        # VTK draws lines nearer than they are, here over the base of a robot. Nothing is below the floor.
+        floor.mapper.SetRelativeCoincidentTopologyLineOffsetParameters(0, _BEHIND)
 
 
 def _same_shear(one: FloatArray | None, other: FloatArray | None, least: float) -> bool:
