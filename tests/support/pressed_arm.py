@@ -12,6 +12,8 @@ import numpy as np
 
 from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.control.motion.limits import Limit, LimitKind
+from tactile_maps.geometry.surface.closest_point import closest_point
+from tactile_maps.geometry.surface.mesh import Mesh
 from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.robots.kinematics import Configuration
 from tactile_maps.robots.model.mujoco_spec import OWN_NAMES
@@ -127,6 +129,12 @@ def force_off_skin(session: Session) -> float:
     return total
 
 
+def nearest(surface: Mesh, point: np.ndarray) -> tuple[float, np.ndarray]:
+    """Return the distance [m] of a surface from a point (3,), and its nearest point (3,)."""
+    faces, weights, distances = closest_point(surface).query(point)
+    return float(distances[0]), weights[0] @ surface.vertices[surface.faces[faces[0]]]
+
+
 class Course:
     """Record of a session at each tick.
 
@@ -137,7 +145,7 @@ class Course:
         speed: (k,) speed of the fastest joint [rad/s].
         posture: (k, n) posture.
         error: (k,) distance on the map from the contact to the goal of the task [m]; NaN without contact.
-        body_error: (k,) the same distance on the body, according to the controller's map [m].
+        body_error: (k,) true distance on the body from the ball to that goal, according to the controller's map [m].
         way: (k,) distance covered along the path [m].
         given: (k,) energy given to contacts [J].
         why: All limits of the controller that occurred.
@@ -155,6 +163,7 @@ class Course:
         self.posture = np.zeros((count, len(session.prepared.robot.joints)))
         self.why: set[LimitKind] = set()
         self.said: list[tuple[Limit, ...]] = []
+        self._configuration = Configuration(session.prepared.robot)
         for k in range(count):
             if k in due:
                 due[k](session)
@@ -179,7 +188,12 @@ class Course:
         if region and task.target is not None:
             skin = session.map.skin
             self.error[k] = np.linalg.norm(session.map.to_map(task.target) - region.map_point)
-            self.body_error[k] = np.linalg.norm(skin.position(task.target) - region.link_position)
+            link = skin.link(task.target)
+            self._configuration.update(frame.posture)
+            ball = self._configuration.pose(link).inverse.points(frame.objects[0][:3, 3])
+            surfaces = [patch.surface for patch in skin.patches if patch.link == link]
+            _, touched = min((nearest(surface, ball) for surface in surfaces), key=lambda found: found[0])
+            self.body_error[k] = np.linalg.norm(skin.position(task.target) - touched)
 
     def last(self, values: np.ndarray, seconds: float = 1.0) -> np.ndarray:
         """The end of ``values`` (k,)."""

@@ -12,6 +12,8 @@ from tactile_maps.control.motion.limits import ActiveLimits
 from tactile_maps.control.motion.map_kinematics import MapKinematics
 from tactile_maps.control.motion.observation import TaskTick
 from tactile_maps.control.path_following.contact_place import MOST_OFF, SPARSE, ContactPlace
+from tactile_maps.maps.model.layout import MapLayout
+from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.robots.kinematics import Configuration
 from tests.control.contacts import TICK, touch_on
 from tests.support.touch import arm
@@ -94,3 +96,18 @@ def test_another_contact_begins_at_its_reading():
     slid.region = replace(slid.region, id=2)
     _, read, found = slid.run(TICK, (0.01, 0.0))
     assert found[0] == pytest.approx(read[0], abs=1e-9)
+
+
+def test_place_on_the_body_is_kept_when_patches_are_moved():
+    slid = Slid()
+    _, read, found = slid.run(2.2, (0.01, 0.0))
+    assert np.linalg.norm(found[-1] - read[-1]) > 0.003
+    shift = np.array([0.01, 0.02])
+    placements = tuple(
+        replace(one, offset=tuple(np.add(one.offset, shift))) for one in slid.prepared.map.layout.placements
+    )
+    slid.kinematics = MapKinematics(TactileMap(slid.prepared.skin, slid.prepared.map.charts, MapLayout(placements)))
+    slid.kinematics.pitch = PITCH
+    slid.region = replace(slid.region, map_point=slid.region.map_point + shift)
+    _, _, after = slid.run(TICK, (0.0, 0.0), offset=0.022)
+    assert after[0] - shift == pytest.approx(found[-1], abs=5e-4)

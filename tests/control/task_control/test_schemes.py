@@ -296,6 +296,21 @@ def test_two_contacts_are_controlled_together(name):
     assert [first.outward @ speed, other.outward @ speed] == pytest.approx([0.01, -0.01], rel=0.05)
 
 
+@pytest.mark.parametrize("kind", [HybridScheme, ProjectionScheme])
+def test_contact_that_the_joints_hardly_move_does_not_drag_the_arm_along_the_skin_of_another(kind):
+    """Its point would be moved straight along its normal, as fast as the joints can, with the other as the pivot."""
+    first = goal(error=None, force_error=0.0)
+    outward = np.outer(first.normal, first.outward)
+    other = goal(error=None, force_error=-10.0, id_=2, move=np.roll(first.move - 0.99 * outward, 1, axis=1))
+    other = replace(other, straight=True)
+    bench = Bench(kind)
+    speed = bench.step(first, other)
+    assert LimitKind.WEAK_DIRECTION in kinds(bench.limits)
+    levels = bench.scheme.levels(SETTINGS, (first, other), bench.state((first, other)), ActiveLimits())
+    together, _ = solve_hierarchy(levels, np.zeros(7), bench.reference.max_speed)
+    assert speed == pytest.approx(together)
+
+
 def test_hybrid_motion_changes_the_force_only_if_the_normal_is_wrong():
     one = goal(force_error=0.0)
     assert one.outward @ Bench(HybridScheme).step(one) == pytest.approx(0, abs=1e-12)

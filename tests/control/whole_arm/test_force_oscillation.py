@@ -44,7 +44,7 @@ def test_force_on_a_cover_that_responds_to_acceleration_becomes_calm(controller)
     )
     prepared = replace(prepared, robot=replace(prepared.robot, home=np.array(BENT)))
     layer = replace(prepared.scene.layer, stiffness=1e3)
-    scene = with_fixed_ball(prepared, taxel=811, radius=0.03, model="water-fill", layer=layer, depth=1e-3)
+    scene = with_fixed_ball(prepared, taxel=523, radius=0.03, model="water-fill", layer=layer, depth=1e-3)
     session = read_slowly(Session(scene, settings=ControlSettings(controller=controller)))
     forces = []
     found = set()

@@ -282,6 +282,6 @@ def test_drawn_path_keeps_its_place_when_patches_are_moved():
     session.submit(MapEdited("Move the patch", moved))
     trip = Trip(session, 3.0)
     bounded(trip)
-    assert np.abs(trip.force[:40] - 3.0).max() < 1.5
+    assert np.abs(trip.force[:40] - 3.0).max() < 2.0, "the contact starts at once with 40 mm/s"
     assert trip.way[0] == pytest.approx(0.015, abs=0.008)
     assert session.frame.regions[0].map_point[1] == pytest.approx(start[1], abs=0.008)

@@ -37,7 +37,7 @@ def figure_of_eight(controller: str, *, taxel: int, radius: float = 0.03) -> Cou
     course = Course(pressed_by_ball(settings, taxel=taxel, radius=radius), 10.0)
     bounded(course)
     assert course.force[STEADY].mean() == pytest.approx(3.0, abs=0.1)
-    assert np.nanmedian(course.body_error[STEADY]) < 0.002
+    assert np.nanmedian(course.body_error[STEADY]) < 0.003
     assert np.nanpercentile(course.body_error[STEADY], 95) < 0.008
     assert LimitKind.CONTACT_LOST not in course.why
     return course
@@ -46,7 +46,7 @@ def figure_of_eight(controller: str, *, taxel: int, radius: float = 0.03) -> Cou
 @pytest.mark.long
 @pytest.mark.parametrize("controller", CONTROL_SCHEMES)
 def test_path_is_followed_at_the_force_goal(controller):
-    """A figure of eight of 30 mm at 10 mm/s: the taxels' pitch of 12 mm is most of the error."""
+    """A figure of eight of 30 mm at 10 mm/s: errors of the place that taxels 12 mm apart read are most of the error."""
     course = figure_of_eight(controller, taxel=188)
     assert not course.bare.any()
     assert course.force[STEADY].std() < 0.3

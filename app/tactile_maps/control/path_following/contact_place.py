@@ -15,6 +15,7 @@ from tactile_maps.contacts.detection.regions import ContactRegion
 from tactile_maps.control.motion.map_kinematics import MapKinematics
 from tactile_maps.control.motion.observation import TaskTick
 from tactile_maps.core.arrays import FloatArray, length, within_length
+from tactile_maps.geometry.surface.mesh import SurfacePoint
 from tactile_maps.geometry.surface.pose import Pose
 
 SPARSE = 0.011
@@ -47,6 +48,7 @@ class ContactPlace:
     def reset(self) -> None:
         """Forget the contact."""
         self._contact: tuple[MapKinematics, int, int] | None = None
+        self._at: SurfacePoint | None = None
         self._pose: Pose | None = None
         self._normal: FloatArray = np.zeros((3, 3))
         self._sums: FloatArray = np.zeros((3, 2))
@@ -60,12 +62,11 @@ class ContactPlace:
         contact = kinematics, region.id, region.at.patch
         pose = now.configuration.pose(region.link)
         if contact != self._contact:
-            self.reset()
+            self._start(contact)
         way = np.zeros(2)
         if self._pose is not None:
             moved = self._pose.points(region.link_position) - pose.points(region.link_position)
             way = kinematics.jacobian(region.at, now.settings.jacobian, now.configuration).dot(moved)
-        self._contact = contact
         self._pose = pose
         place = self._fitted(region.map_point, way, now.dt, pitch, now.settings.path_speed)
         off = place - region.map_point
@@ -76,8 +77,19 @@ class ContactPlace:
         at = kinematics.map.to_body(place)
         if at is None or at.patch != region.at.patch:
             return region
+        self._at = at
         skin = kinematics.map.skin
         return replace(region, map_point=place, at=at, link_position=skin.position(at), link_normal=skin.normal(at))
+
+    def _start(self, contact: tuple[MapKinematics, int, int]) -> None:
+        """Start with a contact; on another map, the same one continues from its place on the body."""
+        at, weight = self._at, self._normal[0, 0]
+        same = self._contact is not None and contact[1:] == self._contact[1:]
+        self.reset()
+        self._contact = contact
+        if same and at is not None:
+            self._normal[0, 0] = weight
+            self._sums[0] = weight * contact[0].map.to_map(at)
 
     def _fitted(self, point: FloatArray, way: FloatArray, dt: float, pitch: float, speed: float) -> FloatArray:
         """Return a, the place (2,) at the current position, after another reading and a way (2,) of the skin."""

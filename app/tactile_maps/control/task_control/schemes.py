@@ -260,14 +260,16 @@ class PointVelocityScheme(ForceScheme, ABC):
         """Solve by damped least squares; where that loses speed, the normal speeds have priority.
 
         A weak direction is oblique to the skin. Damped, it would lose some of a normal speed and turn some of a
-        tangential one into a normal one, which no feedback of force can cancel.
+        tangential one into a normal one, which no feedback of force can cancel. Without a contact that is moved along
+        the skin, all speeds are normal, and none has priority: a contact that the joints hardly move would otherwise
+        drag the arm along the skin of the others until they are lost.
         """
         found = ActiveLimits()
         speed = super().least_squares(levels, contacts, arm, found)
-        sliding = [contact for contact in contacts if not contact.straight]
-        if LimitKind.WEAK_DIRECTION in found and sliding:
+        normal = [contact for contact in contacts if not contact.straight]
+        if LimitKind.WEAK_DIRECTION in found and not all(contact.slides for contact in normal):
             found = ActiveLimits()
-            first = single_level([normal_row(contact, self._velocities[contact.key]) for contact in sliding])
+            first = single_level([normal_row(contact, self._velocities[contact.key]) for contact in normal])
             speed = super().least_squares([*first, *levels], contacts, arm, found)
         for limit in found.found:
             limits.add(limit)
