@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 
 import pytest
 
@@ -70,6 +71,29 @@ def test_setting_that_no_session_takes_is_refused_before_anything_is_recorded(li
     assert main(line) == 1
     assert "vary.control" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("scene", "vary", "said"),
+    [
+        ('patch = "nose"', "seed = [0, 1]", r"scene.toml, line 8, stimuli.patch: unknown patch.*nose.*hand"),
+        ('patch = "hand"', 'stimuli.0.patch = ["hand", "nose"]', r"sweep.toml, vary.stimuli.0.patch: unknown patch"),
+        ('patch = "hand"', "stimuli.0.at = [[9.0, 9.0, 9.0]]", r"sweep.toml, vary.stimuli.0.at: .*not on the skin"),
+    ],
+)
+def test_stimulus_that_no_session_takes_is_refused_at_its_key(line, tmp_path, capsys, scene, vary, said):
+    (tmp_path / "scene.toml").write_text(SCENE.replace('patch = "hand"', scene))
+    (tmp_path / "sweep.toml").write_text(f"seconds = 0.1\n[vary]\n{vary}\n")
+    assert main(line) == 1
+    assert re.search(said, capsys.readouterr().err)
+    assert not (tmp_path / "out").exists()
+
+
+def test_wrong_patch_that_every_variation_replaces_is_accepted(line, tmp_path):
+    (tmp_path / "scene.toml").write_text(SCENE.replace('patch = "hand"', 'patch = "nose"'))
+    (tmp_path / "sweep.toml").write_text('seconds = 0.05\n[vary]\nstimuli.0.patch = ["hand"]\n')
+    assert main(line) == 0
+    assert len(index(tmp_path)) == 1
 
 
 @pytest.mark.parametrize(

@@ -123,6 +123,28 @@ def test_unknown_patch_of_a_stimulus_is_named_with_its_line(tmp_path):
         check_stimuli(prepared, str(path))
 
 
+@pytest.mark.parametrize(
+    ("lines", "said"),
+    [
+        (["patch = 'nose'", "points = [[0, 9, 9, 9], [1, 9, 9, 9]]"], "line 4, stimuli.patch: unknown patch"),
+        (
+            ["points = [[0, 9, 9, 9], [1, 9, 9, 9]]", "patches = [", "'forearm',", "'nose']"],
+            r"line 7, stimuli.patches: unknown patch .found: nose",
+        ),
+        (["points = [[0, 9, 9, 9], [1, 9, 9, 9]]"], r"line 4, stimuli.points: this place is not on the skin"),
+        (["at = [9, 9, 9]"], r"line 4, stimuli.at: .*not on the skin.*The patch \w+ is \d+ mm away"),
+        (["start = [0.5, 0.2]", "end = [9, 9, 9]"], "line 5, stimuli.end: this place is not on the skin"),
+    ],
+)
+def test_mistake_of_a_stimulus_is_located_at_its_key(tmp_path, lines, said):
+    path = tmp_path / "own.toml"
+    kind = {"p": "path", "a": "poke", "s": "stroke"}[lines[0][0]]
+    path.write_text("\n".join(["robot = 'arm'", "[[stimuli]]", f"kind = '{kind}'", *lines, ""]))
+    prepared = replace(arm(), scene=load_scene(str(path)))
+    with pytest.raises(SceneError, match=f"own.toml, {said}"):
+        check_stimuli(prepared, str(path))
+
+
 @pytest.mark.long
 def test_scene_states_the_home_of_its_robot(tmp_path):
     path = tmp_path / "own.toml"

@@ -32,8 +32,8 @@ class SkinLocator:
     def __init__(self, skin: Skin) -> None:
         self.skin = skin
 
-    def patch(self, name: str) -> int:
-        """Return the index of a patch by name; an empty name is the first patch.
+    def patch(self, name: str, *, key: str = "patch") -> int:
+        """Return the index of a patch by name; an empty name is the first patch. ``key`` names it in errors.
 
         Raises:
             SceneError: Unknown patch; the error lists the valid ones.
@@ -41,7 +41,7 @@ class SkinLocator:
         names = [patch.name for patch in self.skin.patches]
         if not names or (name and name not in names):
             known = f"Choose one of: {', '.join(names)}" if names else "Cover at least one link"
-            raise SceneError("unknown patch", place="patch", value=name, remedy=known)
+            raise SceneError("unknown patch", place=key, value=name, remedy=known)
         return names.index(name) if name else 0
 
     def project(self, patch: int, points: FloatArray) -> FloatArray:
@@ -55,8 +55,8 @@ class SkinLocator:
         a, b, c = weights[0]
         return SurfacePoint(patch, int(faces[0]), (float(a), float(b), float(c)))
 
-    def point(self, patch: int, place: SkinLocation) -> FloatArray:
-        """Return the position (3,) of a place, link frame [m].
+    def point(self, patch: int, place: SkinLocation, *, key: str = "at") -> FloatArray:
+        """Return the position (3,) of a place, link frame [m]. ``key`` names the place in errors.
 
         Raises:
             SceneError: A place in the link's frame is farther than 10 mm from the patch.
@@ -69,9 +69,10 @@ class SkinLocator:
         if away > _FARTHEST:
             raise SceneError(
                 "this place is not on the skin",
-                place=f"patch {self.skin.patches[patch].name}",
+                place=key,
                 value=list(place),
-                remedy=f"The patch is {1000 * away:.0f} mm away: its nearest place is {np.round(found, 4).tolist()}",
+                remedy=f"The patch {self.skin.patches[patch].name} is {1000 * away:.0f} mm away: "
+                f"its nearest place is {np.round(found, 4).tolist()}",
             )
         return found
 
@@ -82,7 +83,7 @@ class SkinLocator:
         shortest path through neighbouring taxels, with rounded corners. If the taxels are not connected, it is the last
         place alone.
         """
-        ends = self.point(patch, first), self.point(patch, last)
+        ends = self.point(patch, first, key="start"), self.point(patch, last, key="end")
         if len(first) == len(last) == 3:
             straight = self.straight_path(patch, *ends)
             if np.linalg.norm(np.diff(straight, axis=0), axis=1).max(initial=0.0) < _LEAP:

@@ -211,8 +211,12 @@ class FingerPath(Stimulus):
             self.check_place("points", point[1:])
 
     def tracks(self, locator: SkinLocator) -> tuple[FingerTrack, ...]:
-        patches = [locator.patch(name) for name in self.patches or (self.patch,) * len(self.points)]
-        points = [locator.point(patch, point[1:]) for patch, point in zip(patches, self.points, strict=True)]
+        if self.patches:
+            patches = [locator.patch(name, key=f"patches.{k}") for k, name in enumerate(self.patches)]
+        else:
+            patches = [locator.patch(self.patch)] * len(self.points)
+        places = enumerate(zip(patches, self.points, strict=True))
+        points = [locator.point(patch, point[1:], key=f"points.{k}") for k, (patch, point) in places]
         times = np.array([point[0] for point in self.points])
         return (FingerTrack(0, self.tip, times, np.array(patches), np.array(points)),)
 

@@ -149,3 +149,11 @@ def test_failed_controller_is_named_and_sets_the_exit_code(capsys, tmp_path):
     assert "diverged" in result_of(capsys)["stopped"]["impedance"]
     assert main(["compare", str(path), "--controllers", "impedance", "--for", "2"]) == 1
     assert "impedance stopped after 0." in capsys.readouterr().out
+
+
+def test_stimulus_on_an_unknown_patch_is_located_in_the_scene(scene, capsys):
+    with open(scene, "w", encoding="utf8") as file:
+        file.write(SCENE.replace('patch = "forearm"', 'patch = "nose"'))
+    assert main(["compare", scene, "--controllers", "impedance,hybrid", *SHORT]) == 1
+    message = capsys.readouterr().err
+    assert "small.toml, line 9, stimuli.patch: unknown patch (found: nose). Choose one of: forearm" in message

@@ -90,6 +90,11 @@ def test_references_of_a_scene_file_are_checked_with_line_numbers(worker, scene,
         assert worker.busy
     assert "own.toml, line" in failure.args[0]
     assert "elbow_pitch" in failure.args[0]
+    path.write_text(f"{scene_to_toml(scene)}\n[[stimuli]]\nkind = 'poke'\npatch = 'nose'\n")
+    with qtbot.waitSignal(worker.failed, timeout=LONG) as failure:
+        worker.prepare(SceneFile(path))
+    line = path.read_text().splitlines().index("patch = 'nose'") + 1
+    assert f"own.toml, line {line}, stimuli.patch: unknown patch (found: nose)" in failure.args[0]
     path.write_text(scene_to_toml(scene))
     with qtbot.waitSignal(worker.prepared, timeout=LONG) as got:
         worker.prepare(SceneFile(path))

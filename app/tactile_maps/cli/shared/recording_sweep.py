@@ -18,12 +18,16 @@ from tactile_maps.cli.shared.workers import workers_from_arguments
 from tactile_maps.contacts.pipeline import reading_from
 from tactile_maps.control.behaviours import behaviours_from
 from tactile_maps.control.controller_registry import settings_from
-from tactile_maps.core.errors import RecordingError, TactileMapsError, UsageError
+from tactile_maps.core.errors import RecordingError, SceneError, TactileMapsError, UsageError
 from tactile_maps.core.files import write_atomically
 from tactile_maps.recording.sweep_recording import SweepRecording, record_case
 from tactile_maps.scene.scene import Scene
 from tactile_maps.scene.scene_file import scene_to_toml
-from tactile_maps.scene.scene_sweep import SceneSweep, load_sweep, varied_scene
+from tactile_maps.scene.scene_sweep import SceneSweep, Settings, load_sweep, varied_scene
+from tactile_maps.session.prepare import PreparedScene, check_stimuli
+from tactile_maps.session.prepared_cache import prepare_cached
+from tactile_maps.stimuli.stimulus import Stimulus
+from tactile_maps.stimuli.stimulus_player import StimulusPlayer
 from tactile_maps.studies.base.rows import Row
 from tactile_maps.studies.running.case_log import CaseLog
 from tactile_maps.studies.running.case_run import CaseRun, paced
@@ -38,7 +42,7 @@ def record_sweep(scene: Scene, arguments: argparse.Namespace) -> int:
     folder = _folder(arguments)
     sweep = load_sweep(arguments.sweep)
     sweep = replace(sweep, seconds=arguments.seconds or sweep.seconds)
-    _check(scene, sweep)
+    _check(scene, sweep, arguments.stimuli or arguments.scene_file or scene.name)
     with closing(CaseLog(folder / "index.cases.jsonl", resume=arguments.resume, overwrite=arguments.overwrite)) as log:
         if not (arguments.resume or arguments.overwrite):
             check_outputs_in(folder, [case["file"] for case in _cases(sweep)], overwrite=False)
@@ -68,12 +72,18 @@ def _folder(arguments: argparse.Namespace) -> Path:
     return folder
 
 
-def _check(scene: Scene, sweep: SceneSweep) -> None:
-    """Check the first variations as a session would.
+def _check(scene: Scene, sweep: SceneSweep, name: str) -> None:
+    """Check the first variations as a session would; stimuli only of those with the skin of the scene.
+
+    Args:
+        scene: The scene.
+        sweep: Its variations.
+        name: Name of the shipped scene, or the file with the stimuli.
 
     Raises:
-        SceneError: A setting is invalid; the error names the file and key of the sweep.
+        SceneError: A setting is invalid; the error names the file and key of the sweep, or of the scene.
     """
+    checked: list[tuple[Stimulus, ...]] = [()]
     for settings in sweep.variants[:_CHECKED]:
         varied = varied_scene(scene, settings, file=sweep.file)
         try:
@@ -82,6 +92,25 @@ def _check(scene: Scene, sweep: SceneSweep) -> None:
             reading_from(varied.reading)
         except TactileMapsError as error:
             raise error.at(file=sweep.file, place=f"vary.{error.place}" if error.place else "vary") from error
+        if varied.stimuli not in checked and _skin_of(varied) == _skin_of(scene):
+            checked.append(varied.stimuli)
+            _check_stimuli(replace(prepare_cached(scene), scene=varied), settings, sweep, name)
+
+
+def _skin_of(scene: Scene) -> tuple[object, ...]:
+    """Return the settings of a scene that determine its skin."""
+    return scene.robot, scene.taxel_files, scene.cover, scene.grids, scene.more_covers, scene.package_roots
+
+
+def _check_stimuli(prepared: PreparedScene, settings: Settings, sweep: SceneSweep, name: str) -> None:
+    """Raise the error of a stimulus at its key of the sweep if that varies it, else of the scene."""
+    try:
+        StimulusPlayer(prepared.skin, prepared.scene.stimuli, tick=prepared.scene.tick)
+    except SceneError as error:
+        place = error.place or ""
+        if any(place == key or place.startswith(f"{key}.") for key in settings):
+            raise error.at(file=sweep.file, place=f"vary.{place}") from error
+        check_stimuli(prepared, name)
 
 
 def _cases(sweep: SceneSweep) -> list[Mapping[str, Any]]:
