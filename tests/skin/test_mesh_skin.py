@@ -6,7 +6,7 @@ import pytest
 from tactile_maps.core.errors import MeshError, SkinError
 from tactile_maps.geometry.surface.closest_point import ClosestPoint
 from tactile_maps.geometry.surface.mesh import Mesh
-from tactile_maps.skin.mesh_skin import skin_of_mesh
+from tactile_maps.skin.mesh_skin import findings_of_mesh, skin_of_mesh
 from tactile_maps.skin.taxel_placement.placement import PaintedZone, PlacementSpec, SphereZone
 from tests.hard_cases.meshes import HARD_MESHES, HOPELESS_MESHES, hard_mesh, joined, loose, loose_pieces, moved
 from tests.support.findings import kinds, only
@@ -172,3 +172,15 @@ def test_modules_are_numbered_through_all_pieces():
     assert len(skin.patches) == 2
     np.testing.assert_array_equal(skin.identity.modules, np.arange(len(skin)) // 10)
     np.testing.assert_array_equal(skin.identity.channels, np.arange(len(skin)) % 10)
+
+
+@pytest.mark.sampled(8)
+@pytest.mark.parametrize("name", HARD_MESHES)
+def test_findings_without_placed_taxels_are_the_same(name):
+    assert findings_of_mesh(HARD_MESHES[name], name=name) == skin_of_mesh(HARD_MESHES[name], name=name).findings
+
+
+@pytest.mark.parametrize("name", HOPELESS_MESHES)
+def test_meshes_without_area_have_no_findings_but_an_error(name):
+    with pytest.raises(MeshError):
+        findings_of_mesh(HOPELESS_MESHES[name], name=name)

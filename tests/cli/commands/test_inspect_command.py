@@ -18,6 +18,7 @@ from tactile_maps.recording.encoding.annotations import (
 from tactile_maps.scene.effects import EFFECTS
 from tactile_maps.scene.scene import Scene
 from tactile_maps.session.prepare import PreparedScene
+from tactile_maps.skin import mesh_skin
 from tactile_widgets.__main__ import main
 from tests.support.command_line import call, result_of
 from tests.support.generated_robots import arm
@@ -217,6 +218,13 @@ def test_repairs_of_a_bare_mesh_are_those_that_map_lists(capsys, tmp_path):
     assert [[p["kind"], p["where"], p["remedy"], p["count"]] for p in problems] == [
         [f["kind"], f["where"], f["action"], f["count"]] for f in made if f["kind"] != "seam-added"
     ]
+
+
+def test_no_taxels_are_placed_for_the_problems_of_a_mesh(capsys, tmp_path, monkeypatch):
+    monkeypatch.setattr(mesh_skin, "place_taxels", lambda *_: pytest.fail("taxels were placed"))
+    mesh = tmp_path / "pad.obj"
+    mesh.write_text(TETRAHEDRON + "f 1 1 2\n")
+    assert "zero-area-face" in [one["kind"] for one in result_of(capsys, "inspect", mesh)["problems"]]
 
 
 def test_mesh_without_room_for_taxels_is_described_with_the_problem(capsys, tmp_path):

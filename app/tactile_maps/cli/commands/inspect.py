@@ -19,6 +19,7 @@ from tactile_maps.core.file_kinds import FileKind
 from tactile_maps.core.plugins import Plugin, Registry, unknown_kinds
 from tactile_maps.maps.formats.map_file import load_map
 from tactile_maps.recording.file.damage import DamageKind, damage_text
+from tactile_maps.robots.files.mesh_files import read_mesh_in_metres
 from tactile_maps.robots.formats.touch_sensors import read_touch_sensors
 from tactile_maps.robots.library import load_robot
 from tactile_maps.robots.model.robot import Robot
@@ -34,10 +35,10 @@ from tactile_maps.skin.formats.import_skin import TaxelFile
 from tactile_maps.skin.formats.vendors.mapping_file import mapping_template
 from tactile_maps.skin.link_hulls import skinned_links
 from tactile_maps.skin.link_pieces import collision_finding, hull_fit, link_pieces, pieces_fit
+from tactile_maps.skin.mesh_skin import findings_of_mesh
 from tactile_maps.skin.model.skin import Skin, identity_summary, identity_text, join_identities
 from tactile_maps.skin.model.skin_file import load_skin
 from tactile_maps.skin.model.taxel_axes import axes_summary, axes_text
-from tactile_maps.skin.open import open_skin
 
 REGISTRIES: Mapping[str, tuple[str, str]] = {
     "contact_models": ("tactile_maps.tactile.models.contact_model", "CONTACT_MODELS"),
@@ -187,9 +188,11 @@ def describe(
 
 
 def _mesh_problems(name: str, of_robot: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Problems of a bare mesh: those of its robot, and those that ``map`` notices and repairs when it places taxels."""
+    """Problems of a bare mesh: those of its robot, and those that ``map`` notices before it places taxels."""
+    path = Path(name)
     try:
-        problems = _problems(open_skin(name).findings)
+        mesh, findings = read_mesh_in_metres(path, where=path.name)
+        problems = _problems((*findings, *findings_of_mesh(mesh, name=path.stem)))
     except (MeshError, SkinError) as error:
         problems = [{"kind": "no-taxels", "where": error.problem, "remedy": error.remedy or "", "count": 1}]
     found = {problem["kind"] for problem in problems}
