@@ -67,6 +67,8 @@ _HOLLOW = 1e-3
 """Largest depth of another place of the same link in a ball that touches a place of a path [m]."""
 _DEPTHS = (0.0, 5e-4, 1e-3, 2e-3, 4e-3, 8e-3, 0.016)
 """Depths at which the ball is looked for on the shapes that collide [m]."""
+_HEIGHTS = (0.002, 0.004, 0.008, 0.016)
+"""Heights above which it is looked for; in a hollow, a ball that touches the taxel is in the skin around it [m]."""
 _SECONDS: dict[Task, float] = {"press": 4.0, "path": 10.0, "pushed": 2.5}
 """Duration of a trial; four more for a press at 50 Hz [s]."""
 _SETTLED = 2.5
@@ -330,9 +332,9 @@ class Place:
             session.tick()
             return session.total_normal_force > 0
 
-        apart = -0.002
         deep = next((depth for depth in _DEPTHS if touches(depth)), None)
-        if deep is None:
+        apart = next((-height for height in _HEIGHTS if not touches(-height)), None)
+        if deep is None or apart is None:
             raise SkinError("the ball cannot touch the skin here", place=self.link, value=self.taxel)
         while deep - apart > 2e-6:
             middle = 0.5 * (apart + deep)
