@@ -155,8 +155,10 @@ def test_a_packet_with_any_byte_changed_is_a_reading_or_refused(place, byte):
         return
 
 
-def test_a_packet_cut_anywhere_is_refused():
+def test_a_packet_cut_anywhere_or_with_more_bytes_is_refused():
     for whole in (encode_binary(READINGS["channels"]), encode_json(READINGS["channels"])):
+        with pytest.raises(MalformedReadingError):
+            decode(whole + b"\0")
         for length in range(len(whole)):
             with pytest.raises(MalformedReadingError):
                 decode(whole[:length])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,6 +12,8 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QComboBox, QLabel, QPushButton
 
 from tactile_maps.contacts.pipeline import ReadingSettings
+from tactile_maps.live.readings.arrival import ArrivalCounts, Delay
+from tactile_maps.live.session.connection import ConnectionState, ConnectionStatus
 from tactile_maps.live.sources.open import SourceOptions
 from tactile_maps.recording.player import open_recording
 from tactile_widgets.common.note_list import NoteList
@@ -19,7 +22,7 @@ from tactile_widgets.panels.control.controller_panel import ControllerPanel
 from tactile_widgets.panels.model.effects_panel import EffectsPanel
 from tactile_widgets.panels.panel_column import COLUMN_WIDTH
 from tactile_widgets.panels.touch.contacts_panel import ContactsPanel
-from tactile_widgets.panels.touch.live_input_panel import LiveInputPanel
+from tactile_widgets.panels.touch.live_input_panel import LiveInputPanel, _texts
 from tactile_widgets.session.live_input import LiveInputSettings
 from tests.widgets.support.window_driver import run
 
@@ -88,6 +91,23 @@ def test_panel_shows_the_arrival_of_readings(window, tmp_path):
     assert "Taxels that the skin does not have: 150" in notes
     assert "no forces are shown" in notes
     window.live.connection.close()
+
+
+def test_statistics_of_the_arrival_have_units():
+    counts = ArrivalCounts(received=97, lost=3, late=1)
+    status = ConnectionStatus(
+        ConnectionState.RECONNECTING, "udp://:9870", counts, 99.6, Delay(0.0104, 2.0, 3.0), reconnects=2, next_try=1.5
+    )
+    facts = SimpleNamespace(readings=96, refused=4, unheard=10, mistimed=0, combined=0)
+    assert _texts(status, facts, 150) == {
+        "state": "Reconnecting in 1.5\u202fs",
+        "rate": "100\u202fHz",
+        "delay": "10.4, 2000.0\u202fms",
+        "loss": "4\u202f%",
+        "counts": "96",
+        "trouble": "1 late, 4 refused, 2 reconnects",
+        "taxels": "140 of 150",
+    }
 
 
 def test_values_that_fall_are_noted_and_become_contacts_by_the_button(window, tmp_path):

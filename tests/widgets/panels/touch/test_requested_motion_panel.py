@@ -115,6 +115,7 @@ def test_motion_is_sent_only_once_armed_and_is_disarmed_by_each_end(panel, drive
         QTest.mouseClick(switch, Qt.MouseButton.LeftButton)
         panel.read(2)
         assert switch.isChecked()
+        assert text(panel, "force") == "6.0 N"
         end()
         after()
         assert not switch.isChecked()

@@ -132,6 +132,14 @@ def test_comparison_without_touch_offers_the_script_of_the_scene(window, prepare
     assert "repeated" in board.findChild(QLabel, "stimulus-note").text()
 
 
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(0.0, "0"), (0.000123, "0.000123"), (0.01, "0.0100"), (10.0, "10.0"), (-2.0, "-2.00"), (1234.0, "1.23e+03")],
+)
+def test_metric_has_three_significant_digits(value, text):
+    assert format_metric(ROWS[0], value) == text
+
+
 @pytest.mark.long
 def test_run_draws_all_traces_and_metrics(board, touched_window):
     before = touched_window.live.runner.session.frame.tick
