@@ -14,7 +14,7 @@ from tactile_maps.flattening.flatten import flatten
 from tactile_maps.flattening.initial_map import Disk
 from tactile_maps.flattening.methods import METHODS
 from tactile_maps.flattening.newton import minimise
-from tactile_maps.flattening.pinned_patch import WHOLE, PinFollower, PinnedPatch
+from tactile_maps.flattening.pinned_patch import WHOLE, PinFollower, PinnedPatch, _laid_over
 from tactile_maps.flattening.reduced_model import build_coarse_cage
 from tactile_maps.geometry.surface.mesh import Mesh, SurfacePoint
 from tests.flattening.pinned_patches import at, dome, far_points, pinned, waves
@@ -165,6 +165,14 @@ def test_overlap_of_the_border_is_avoided():
     assert crossings(settled.plane[chart.border]) == 0
     assert not flipped(settled.plane, settled.faces).any()
     assert "overlap-avoided" in [note.kind for note in settled.findings]
+
+
+@pytest.mark.parametrize("angle", [-2.5, 0.3, 1.9])
+def test_start_without_overlap_is_rotated_and_moved_onto_the_dragged_map(angle):
+    plane = np.random.default_rng(0).random((20, 2))
+    turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+    dragged = plane @ turn + [3.0, -1.0]
+    np.testing.assert_allclose(_laid_over(plane, dragged), dragged, atol=1e-12)
 
 
 def test_pins_behind_their_targets_are_reported_once():

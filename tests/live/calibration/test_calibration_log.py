@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from tactile_maps.core.errors import LiveError
 from tactile_maps.live.calibration.calibration import GRAVITY
 from tactile_maps.live.calibration.calibration_log import CalibrationLog, read_calibration_log
+from tactile_maps.skin.model.skin import Skin, TaxelIdentity
 from tests.support.touch import bar_skin
 
 SKIN = bar_skin()
@@ -37,6 +40,19 @@ def test_a_column_for_each_taxel_may_have_empty_cells(tmp_path):
     assert log.readings[0, [4, 2]].tolist() == [10.0, 20.0]
     assert log.readings[1, 4] == 15.0
     assert np.isnan(log.readings[1, 2])
+
+
+def test_columns_may_name_modules_and_channels(tmp_path):
+    (patch,) = SKIN.patches
+    numbers = np.arange(60)
+    identity = TaxelIdentity(ids=numbers, modules=numbers // 12, channels=numbers % 12)
+    skin = Skin((replace(patch, taxels=replace(patch.taxels, identity=identity)),))
+    path = tmp_path / "log.csv"
+    path.write_text("force,1.3,4.11\n0,10,20\n2,15,\n")
+    readings = read_calibration_log(path, skin).readings
+    assert readings[0, [15, 59]].tolist() == [10.0, 20.0]
+    assert readings[1, 15] == 15.0
+    assert np.isnan(np.delete(readings[1], 15)).all()
 
 
 def test_pressures_are_in_pascals(tmp_path):

@@ -36,6 +36,15 @@ def test_shear_is_locked_under_a_released_ball(dragged):
     assert np.abs(released).sum() > 0.1 * dragged.limit
 
 
+def test_times_of_a_small_case_are_those_with_and_without_shear():
+    case = {"taxels": 100, "modulus_kpa": 100, "model": "water-fill", "touches": 1, "repeats": 3, "seed": 0}
+    (row,) = measure(case)
+    assert row["total_percent"] < 1e-9
+    assert 0 < row["ms"] <= row["p95_ms"]
+    assert row["steps"] == pytest.approx(1e3 * row["ms"] / row["step_us"])
+    assert row["shear_steps"] < row["steps"]
+
+
 @pytest.mark.long
 def test_more_taxels_reduce_the_error_of_models_with_an_area():
     requested = {"modulus_kpa": 100, "touches": 3, "repeats": 10, "seed": 0}

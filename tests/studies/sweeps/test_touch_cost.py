@@ -25,14 +25,13 @@ from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 from tactile_maps.tactile.mechanics.loads import sphere_load
 from tactile_maps.tactile.models.contact_model import CONTACT_MODELS
 
-pytestmark = pytest.mark.long
-
 
 def ball(tested, contact=0.01):
     at, normal = tested.place(0.003, -0.004)
     return sphere_load(tested.dense.link, at, normal, 1.0, ball_radius(contact), depth=INDENTATION)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", REFERENCE_SKINS)
 def test_depth_is_that_of_each_taxel_in_the_ball(name):
     tested = REFERENCE_SKINS[name](1000, 0)
@@ -43,6 +42,7 @@ def test_depth_is_that_of_each_taxel_in_the_ball(name):
     np.testing.assert_allclose(step_and_sense(hold_ball(tested, "depth", load)), expected, atol=0.02 * expected.max())
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", REFERENCE_SKINS)
 def test_foundation_is_the_sum_over_the_points_in_the_ball(name):
     tested = REFERENCE_SKINS[name](316, 0)
@@ -57,6 +57,7 @@ def test_foundation_is_the_sum_over_the_points_in_the_ball(name):
     np.testing.assert_allclose(step_and_sense(hold_ball(tested, "foundation", load)), expected, rtol=2e-5, atol=1e-2)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("model", PHYSICS)
 def test_nothing_moves(model):
     tested = REFERENCE_SKINS["flat"](100, 0)
@@ -105,10 +106,9 @@ def test_solver_contacts_miss_taxels_between_their_points(rows):
         assert of(rows, "depth", contact, "surface_percent") > of(rows, "water-fill", contact, "surface_percent")
 
 
-@pytest.mark.long
-def test_undetected_touches_are_counted(rows):
-    case = next(case for case in cases(True, 0) if (case["skin"], case["model"]) == ("bent", "depth"))
-    (row,) = measure(case | {"taxels": 30, "repeats": 1})
+def test_undetected_touches_are_counted():
+    case = next(case for case in cases(True, 0) if (case["skin"], case["model"]) == ("flat", "depth"))
+    (row,) = measure(case | {"taxels": 30, "touches": 2, "repeats": 1})
     assert row["missed_percent"] > 0
     assert row["surface_percent"] > 50
 

@@ -17,6 +17,7 @@ from tactile_maps.live.simulated_skin import SkinDifference
 from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_widgets.common.colours import DARK, DifferenceScale, PressureScale, Theme
 from tactile_widgets.common.lists import small_font
+from tactile_widgets.plots.traces.trace_plots import nice_ceiling
 from tactile_widgets.views.overlays.painting import polygon
 
 TITLES = ("Measured", "Simulated", "Difference")
@@ -75,8 +76,8 @@ class SkinDifferenceView(QWidget):
             self._difference = DifferenceScale(_LEAST)
         else:
             peak = 1e-3 * max(found.measured.max(initial=0.0), found.simulated.max(initial=0.0))
-            self._pressure = PressureScale(max(self._pressure.maximum, _nice_ceiling(peak)))
-            self._difference = DifferenceScale(max(self._difference.most, _nice_ceiling(1e-3 * found.largest)))
+            self._pressure = PressureScale(nice_ceiling(max(self._pressure.maximum, peak)))
+            self._difference = DifferenceScale(nice_ceiling(max(self._difference.most, 1e-3 * found.largest)))
         self._shown = found
         self.update()
 
@@ -190,11 +191,3 @@ class SkinDifferenceView(QWidget):
             self.hovered = taxel
             self.pointed.emit(taxel)
             self.update()
-
-
-def _nice_ceiling(value: float) -> float:
-    """Return the smallest of 1, 2, 5 times a power of ten that is at least ``value``; 0 for 0."""
-    if value <= 0:
-        return 0.0
-    power = 10.0 ** np.floor(np.log10(value))
-    return float(next(step * power for step in (1, 2, 5, 10) if step * power >= value * (1 - 1e-9)))
