@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from PySide6.QtCore import QEvent, Qt
+from PySide6.QtGui import QKeyEvent
 
+from tactile_widgets.actions.key_editor import pressed_key
 from tactile_widgets.actions.keymap import KeyMap
 
 SHIPPED = KeyMap({"undo": ("Ctrl+Z",), "redo": ("Ctrl+Shift+Z", "Ctrl+Y"), "poke": ("T",), "quit": ()})
@@ -51,3 +55,17 @@ def test_every_key_has_at_most_one_action(acts):
         assert keys.owner(key) == name
         all_keys = [own for action in SHIPPED.defaults for own in keys.keys(action)]
         assert len(all_keys) == len(set(all_keys))
+
+
+@pytest.mark.parametrize(
+    ("key", "held", "text", "name"),
+    [
+        (Qt.Key.Key_A, Qt.KeyboardModifier.ShiftModifier, "A", "Shift+A"),
+        (Qt.Key.Key_Question, Qt.KeyboardModifier.ShiftModifier, "?", "?"),
+        (Qt.Key.Key_F5, Qt.KeyboardModifier.ShiftModifier, "", "Shift+F5"),
+        (Qt.Key.Key_5, Qt.KeyboardModifier.KeypadModifier, "5", "5"),
+        (Qt.Key.Key_Shift, Qt.KeyboardModifier.ShiftModifier, "", ""),
+    ],
+)
+def test_pressed_key_has_shift_unless_it_is_punctuation(key, held, text, name):
+    assert pressed_key(QKeyEvent(QEvent.Type.KeyPress, key, held, text)) == name

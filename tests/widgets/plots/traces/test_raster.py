@@ -20,6 +20,12 @@ from tests.widgets.support.window_driver import press_map, run
 LEFT = Qt.MouseButton.LeftButton
 
 
+def test_raster_without_samples_is_empty():
+    picture = columns(np.zeros(0), np.zeros((0, 3)), np.linspace(0, 1, 5))
+    assert picture.shape == (4, 3)
+    assert np.isnan(picture).all()
+
+
 def test_single_touch_of_5000_taxels_is_in_one_row_of_pixels():
     history = TaxelHistory(seconds=10.0)
     order = np.arange(5000)

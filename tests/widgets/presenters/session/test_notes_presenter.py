@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QApplication, QInputDialog
 
 from tactile_maps.contacts.events import ContactEvent
 from tactile_maps.recording.encoding.annotations import (
+    MOST_TEXT,
     LabelledEpisode,
     Mark,
     Outcome,
@@ -97,10 +98,12 @@ def test_timeline_menu_marks_the_recording_being_made(window_again, tmp_path):
     assert {window.action("mark"), window.action("name_mark")} <= set(menu.actions())
     assert window.action("mark").isEnabled()
     menu.close()
+    window.live.recording.mark("long " * MOST_TEXT)
+    assert "the text is too long" in window.notification_bar.text
+    assert window.live.recording.marks == 0
     window.live.recording.stop()
 
 
-@pytest.mark.long
 def test_marks_of_a_replay_are_stored_and_undone(recorded):
     window, path = recorded
     before = path.read_bytes()

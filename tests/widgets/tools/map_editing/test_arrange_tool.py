@@ -326,17 +326,22 @@ def test_second_escape_clears_the_selection(bench):
     assert cleared
 
 
-@pytest.mark.long
 def test_box_selects_overlapping_patches(bench):
     low, high = bench.pixels(bench.document.map.boxes[1])
     start = np.array([high[0] + 8, high[1] - 8])
     end = (low + high) / 2
-    before = bench.picture()
     bench.drag(start, end - start)
     assert bench.editor.selected == (1,)
-    assert bench.picture() != before
+    dragged = bench.picture()
     bench.release(end)
+    assert bench.picture() != dragged, "the box is shown during the drag"
     assert bench.editor.selected == (1,)
+    bench.editor.select([0])
+    bench.press(start, SHIFT)
+    bench.move(end, SHIFT)
+    bench.release(end, SHIFT)
+    assert bench.editor.selected == (0, 1)
+    bench.editor.select([1])
     bench.drag(start, np.array([4.0, high[1] - 8]) - start)
     QTest.keyClick(bench.view, Qt.Key.Key_Escape)
     assert bench.editor.selected == (1,)

@@ -83,7 +83,6 @@ def test_map_is_exact_after_the_drag(hand, editor, document):
     assert editor.document is document
 
 
-@pytest.mark.long
 def test_map_converges_while_the_pointer_rests(hand, editor, tool, document, qtbot):
     hand.press(middle(document, CAP))
     before = len(editor.seen)  # the hand's own step is one; the next may come while it still moves
