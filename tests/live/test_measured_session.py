@@ -462,6 +462,7 @@ def test_source_is_polled_at_each_tick():
     assert [measured.tick().tick for _ in range(4)] == [1, 1000, 1000, 1000]
     measured.reset()
     assert (measured.frame.tick, measured.frame.regions) == (0, ())
+    assert any(isinstance(one, CalibrationUsed) for _, one in measured.inputs), "a recording begins with it"
 
 
 def test_a_recording_holds_every_reading_and_is_not_simulated_again(tmp_path):

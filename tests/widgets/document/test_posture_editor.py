@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from tactile_maps.session.session import Session
 from tactile_widgets.document.posture_editor import PostureEditor
 from tests.support.touch import prepared_bar
 
@@ -65,3 +68,16 @@ def test_limits_apply_and_a_disabled_robot_receives_no_target(editor):
     editor.do("lead", np.array([0.1]))
     assert editor.target.tolist() == [1.5]
     assert not editor.can_undo
+
+
+def test_reset_session_clears_the_target_and_is_reported(editor):
+    lead(editor, 0.1)
+    frame = Session(prepared_bar()).frame
+    editor.show_frame(replace(frame, tick=9))
+    changes = []
+    editor.changed.connect(lambda: changes.append(editor.target.tolist()))
+    editor.show_frame(replace(frame, tick=10))
+    assert editor.can_undo
+    editor.show_frame(replace(frame, tick=0))
+    assert not editor.can_undo
+    assert changes == [[0.0]]

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 import zlib
+from base64 import b64decode
+from io import BytesIO
 
 import numpy as np
 import pytest
@@ -82,7 +84,9 @@ def test_map_and_plots_are_vectors_of_the_given_size_and_the_window_is_unchanged
         assert text.count("<path") + text.count("<polyline") > 20
     drawn = (tmp_path / "map.svg").read_text()
     assert all(word in drawn for word in ("forearm", "Pressure (kPa)", "\u202fmm<"))
-    assert "image" in drawn, "touch is a picture"
+    touch = [Image.open(BytesIO(b64decode(data))) for data in re.findall(r"data:image/png;base64,([^\"]*)", drawn)]
+    assert touch
+    assert all(np.asarray(picture.convert("RGBA"))[..., 3].any() for picture in touch)
     assert "image" not in re.sub(r"image-rendering", "", (tmp_path / "plots.svg").read_text())
     figure.save(FigurePart.PLOTS, tmp_path / "plots.pdf", SMALL)
     page = (tmp_path / "plots.pdf").read_bytes()

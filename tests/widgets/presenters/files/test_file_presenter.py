@@ -168,7 +168,6 @@ def test_failed_or_cancelled_files_are_not_recent_files(window, tmp_path):
     assert {str(broken), str(unwanted)}.isdisjoint(window.settings.recent)
 
 
-@pytest.mark.long
 def test_saved_recording_is_replayed_and_shown_in_its_folder(window, monkeypatch, tmp_path):
     shown = []
     monkeypatch.setattr(QDesktopServices, "openUrl", lambda url: shown.append(url.toLocalFile()))

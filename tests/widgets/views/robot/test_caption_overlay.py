@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from PySide6.QtCore import QPointF
+from PySide6.QtWidgets import QWidget
 
+from tactile_widgets.common.colours import LIGHT
 from tactile_widgets.views.robot.actors.camera import Viewpoint
-from tactile_widgets.views.robot.caption_overlay import cube_faces
+from tactile_widgets.views.robot.caption_overlay import CaptionOverlay, ForceCaption, cube_faces
 
 
 def faces_from(*eye):
@@ -33,3 +36,15 @@ def test_the_top_is_drawn_above_and_x_to_the_right_seen_from_the_front():
     faces = {face.name: face.corners.mean(axis=0) for face in faces_from(1, -1, 0.8)}
     assert faces["Z"][1] < min(faces["X"][1], faces["−Y"][1])
     assert faces["X"][0] > faces["−Y"][0]
+
+
+@pytest.mark.parametrize("degrees", [0, 30, 75, 90, 200])
+def test_caption_of_a_force_begins_beyond_the_tail_of_its_arrow(qtbot, degrees):
+    view = QWidget()
+    qtbot.addWidget(view)
+    along = np.array([np.cos(np.radians(degrees)), np.sin(np.radians(degrees))])
+    tip = np.array([300.0, 200.0])
+    tail = tip + 40 * along
+    box = CaptionOverlay(LIGHT, view)._spot(ForceCaption(np.array([tail, tip]), "12.3 N")).preferred
+    covered = [box.contains(QPointF(*(tail + away * along))) for away in (-40.0, 0.0, 5.9, 6.1)]
+    assert covered == [False, False, False, True]
