@@ -284,6 +284,12 @@ NO_MESH = {
 }
 
 
+@pytest.mark.parametrize("suffix", sorted(MESH_SUFFIXES))
+def test_empty_file_of_any_format_is_reported_as_empty(tmp_path, suffix):
+    with pytest.raises(MeshError, match="the file is empty"):
+        read_mesh(_made(tmp_path / f"nothing{suffix}", b" \n"))
+
+
 @pytest.mark.parametrize("name", NO_MESH)
 def test_file_without_mesh_counts_as_missing(tmp_path, name):
     data, reason, remedy = NO_MESH[name]

@@ -160,6 +160,7 @@ def test_held_bar_does_not_move(replay):
 def test_setting_the_time_emits_no_signal(replay, heard):
     replay.set_time(3.21)
     assert "0:03.2" in words(replay)
+    assert replay.findChild(ScrubBar).accessibleDescription() == "0:03.2 of 0:10.0"
     assert heard["scrubbed"] == []
 
 

@@ -30,5 +30,7 @@ def test_overlay_states_what_a_drop_will_do(window_again, tmp_path, files, text)
     assert window.drop_overlay.isVisible()
     assert window.drop_overlay.geometry() == window.rect()
     assert window.drop_overlay.text == text
+    shown = window.drop_overlay.grab().toImage()
+    assert len({shown.pixel(x, shown.height() // 2) for x in range(shown.width())}) > 2, "the text is drawn"
     QApplication.sendEvent(window, QDragLeaveEvent())
     assert window.drop_overlay.isHidden()

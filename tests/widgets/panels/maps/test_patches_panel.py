@@ -212,6 +212,9 @@ def test_alt_and_the_arrows_move_rows(panel, editor):
     assert editor.document.order == (1, 2, 0)
     QTest.keyClick(panel.list, Qt.Key.Key_Up, ALT)
     assert editor.document.order == (1, 0, 2)
+    panel.list.clearSelection()
+    QTest.keyClick(panel.list, Qt.Key.Key_Up, ALT)
+    assert editor.document.order == (1, 0, 2)
 
 
 def test_hovered_row_is_reported_to_the_views(panel):

@@ -180,6 +180,15 @@ def test_the_panel_tells_how_well_and_greys_what_is_refused(panel, prepared):
     assert label.text() == ""
 
 
+def test_tool_tip_of_a_contact_has_its_estimate(panel, prepared):
+    frame = touched(prepared.map, (30,))
+    button = panel.findChild(type(panel._rows[0].button), "contact-1")
+    panel.show_frame(frame)
+    assert estimate_text(ESTIMATE) not in button.toolTip()
+    panel.show_frame(replace(frame, estimates={frame.regions[0].id: ESTIMATE}))
+    assert estimate_text(ESTIMATE) in button.toolTip()
+
+
 def test_largest_part_of_the_uncertainty_is_named(panel, prepared):
     frame = touched(prepared.map, (30,))
     facts = panel.findChild(QLabel, "contacts-facts")

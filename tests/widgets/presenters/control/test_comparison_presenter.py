@@ -12,6 +12,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLabel, QPushButton
 
+from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.core.errors import UsageError
 from tactile_maps.recording.recorder import Recorder
 from tactile_maps.scene.scene_file import load_scene
@@ -23,6 +24,7 @@ from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.dialogs.controller_comparison.comparison_plots import LETTERS, contender_pen
 from tactile_widgets.dialogs.controller_comparison.comparison_view import ComparisonView
 from tactile_widgets.dialogs.controller_comparison.metrics_table import NONE, ROWS, format_metric
+from tactile_widgets.presenters.control.comparison_presenter import _first_two
 from tests.widgets.support.samples import middle_taxel
 from tests.widgets.support.window_driver import run
 
@@ -305,6 +307,10 @@ def test_results_follow_zoom_theme_and_units(board, touched_window):
 
 def test_traces_are_exported_and_errors_shown(board, touched_window, tmp_path, monkeypatch):
     click(board, "comparison-run")
+    strongest = next(row for row in ROWS if row.name == "force_max_N")
+    for column, trace in enumerate(board.traces):
+        assert board.table.text("force_max_N", column) == format_metric(strongest, float(np.nanmax(trace.force)))
+    assert {trace.settings.controller for trace in board.traces} == {"hybrid", "qp"}
     path = tmp_path / "controllers.csv"
     monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(path))
     click(board, "comparison-export")
@@ -320,6 +326,11 @@ def test_traces_are_exported_and_errors_shown(board, touched_window, tmp_path, m
     torn = replace(board.traces[1], ended="the simulation diverged.")
     board.show_compared((board.traces[0], torn))
     assert note(board) == "▲ B: Quadratic program stopped at 0.60\u202fs: the simulation diverged."
+
+
+@pytest.mark.parametrize(("current", "other"), [("hybrid", "qp"), ("qp", "hybrid")])
+def test_second_contender_has_another_controller(current, other):
+    assert [one.controller for one in _first_two(ControlSettings(controller=current))] == [current, other]
 
 
 def reject(*_arguments):

@@ -82,6 +82,7 @@ def test_replay_button_explains_rows_without_a_run(window_again):
     assert "A row of loop-laws summarizes several runs" in dialog.replay.toolTip()
     dialog.close()
     assert "mine is unknown" in no_replay("mine")
+    assert no_replay("representation") == ""
 
 
 def test_invalid_case_is_reported_and_leaves_no_file(window_again, tmp_path):
