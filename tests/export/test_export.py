@@ -102,8 +102,14 @@ def test_range_of_a_recording_is_exported(player, tmp_path):
     assert 0 < first < last < player.frame(len(player) - 1).tick
     with np.load(tmp_path / "part.npz") as tables:
         times = tables["frames.time_s"]
+        events = tables["events.time_s"]
+        begins = dict(zip(tables["recording.fact"], tables["recording.value"], strict=True))["begins_s"]
     tick = player.prepared.scene.tick
     assert (times[0], times[-1]) == pytest.approx((first * tick, last * tick))
+    assert float(begins) == times[0]
+    inside = [one.tick for one in player.events if first <= one.tick <= last]
+    assert len(inside) < len(player.events)
+    assert [round(time / tick) for time in events] == inside
     assert len(part) == len(times)
     assert [path.name for path in tmp_path.iterdir()] == ["part.npz"]
     with pytest.raises(ExportError, match="invalid range"):

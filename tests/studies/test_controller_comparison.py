@@ -68,9 +68,7 @@ def trace(*, name="A", controller="qp", touched=True, limits=((),) * TICKS, **co
 
 def test_metrics_of_errors_force_time_and_limits():
     ramp = np.linspace(0, 0.01, TICKS)
-    names = [(Limit(LimitKind.ENERGY_TANK, value=float(k)),) for k in range(300)] + [
-        (Limit(LimitKind.JOINT_SPEED),)
-    ] * 200
+    names = [(Limit(LimitKind.ENERGY_TANK, value=float(k)),) for k in range(300)] + [(OFF_SKIN,)] * 200
     found = controller_metrics(
         trace(
             map_error=ramp,
@@ -93,6 +91,15 @@ def test_metrics_of_errors_force_time_and_limits():
     assert found.joint_speed_max == pytest.approx(1.0, rel=1e-3)
     assert found.energy_J == pytest.approx(0.495)
     assert (found.seconds, found.limited, found.limit) == (5.0, 0.5, LimitKind.ENERGY_TANK)
+
+
+def test_adapted_gains_do_not_count_as_limited():
+    adapted = Limit(LimitKind.FORCE_GAIN_HELD)
+    found = controller_metrics(
+        trace(limits=[(adapted, Limit(LimitKind.ENERGY_TANK)) if t < 1 else (adapted,) for t in TIME])
+    )
+    assert found.limited == pytest.approx(0.2, abs=0.01)
+    assert found.limit is LimitKind.ENERGY_TANK
 
 
 def test_lost_is_time_under_a_finger_without_contact_after_the_first():

@@ -10,16 +10,18 @@
 | ``pressures`` | each tick: a number for each taxel |
 | ``images`` | each tick: the tactile image, on the map at the start of the recording |
 | ``contacts`` | each contact region at each tick |
-| ``events`` | each contact event |
+| ``events`` | each contact event from the first frame to the last |
 | ``episodes`` | each labelled episode; without any, each run of ticks without a gap, with the scene's name |
 
 In ``contacts``, ``taxels`` is the number of touched taxels, over which ``area``, ``peak`` and ``mean`` are taken (-1
 if a recording does not store it); ``force`` also includes the untouched taxels next to them.
 
-Units are in the columns' names; positions are in the frame of the link. For a real skin, ``pressures`` also has the
-sender's time and numbers, and the values as sent (``raw_counts``, ``raw_Pa`` or ``raw_kPa``; NaN before any). If it was
-not calibrated, columns in counts replace those in kPa or Pa, and forces are NaN; if that changed within the recording,
-there are both, each NaN where it does not apply.
+Times count from the start of the session, of which a recording or an exported range may be a part: the fact
+``begins_s`` in ``recording`` is the time of the first frame. Units are in the columns' names; positions are in the
+frame of the link. For a real skin, ``pressures`` also has the sender's time and numbers, and the values as sent
+(``raw_counts``, ``raw_Pa`` or ``raw_kPa``; NaN before any). If it was not calibrated, columns in counts replace those
+in kPa or Pa, and forces are NaN; if that changed within the recording, there are both, each NaN where it does not
+apply.
 
 Of a skin with shear, ``pressures`` also has the tractions along t1 and t2 of each taxel, ``taxels`` these directions in
 the frame of the link, and ``contacts`` the wrench on the link: the force of the touching body in the frame of the link,
@@ -349,6 +351,7 @@ def _facts(player: RecordingPlayer) -> Columns:
         "robot": player.prepared.robot.name,
         "tick_s": repr(scene.tick),
         "frames": str(len(player)),
+        "begins_s": repr(float(player.times[0])),
         "complete": "yes" if player.complete else "no",
         **{name: text for name, text in player.versions.items() if name not in ("tick_s", "damage")},
     }
@@ -391,7 +394,8 @@ def _episodes(player: RecordingPlayer) -> Columns:
 
 
 def _events(player: RecordingPlayer) -> Columns:
-    events = player.events
+    first, last = (round(float(time) / player.prepared.scene.tick) for time in player.times[[0, -1]])
+    events = [event for event in player.events if first <= event.tick <= last]
     return {
         "tick": _numbers([event.tick for event in events]),
         "time_s": np.array([event.time for event in events], dtype=np.float64),

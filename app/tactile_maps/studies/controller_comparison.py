@@ -21,7 +21,7 @@ from tactile_maps.control.behaviours import Behaviour, behaviours_from
 from tactile_maps.control.limit_texts import limit_texts
 from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.control.motion.joint_impedance import MAX_JOINT_SPEED, SpeedScale
-from tactile_maps.control.motion.limits import Limit, LimitKind
+from tactile_maps.control.motion.limits import Limit, LimitKind, Severity
 from tactile_maps.core.arrays import ArrayFields, BoolArray, FloatArray
 from tactile_maps.core.errors import TactileMapsError, UsageError
 from tactile_maps.core.progress import Progress, no_progress
@@ -145,8 +145,8 @@ class ControllerMetrics:
         lost: Share of the time with a finger present, after the first contact, in which no contact was read.
         joint_speed_max: Largest speed of a joint, or largest share of its limit [``speed_unit``].
         energy_J: Maximum net energy given to contacts [J].
-        limited: Share of the time with an active limit.
-        limit: Most frequent limit; None without any.
+        limited: Share of the time in which a limit kept the arm from its goal; adapted gains or speeds do not count.
+        limit: Most frequent such limit; None without any.
         control_ms: Median wall time of the controller [ms].
         control_p95_ms: 95th percentile of that time [ms].
         seconds: Duration of the run [s].
@@ -175,7 +175,8 @@ def controller_metrics(trace: ControllerTrace) -> ControllerMetrics:
     """Return the metrics of a trace."""
     felt = trace.force > 0
     departure = (trace.force - trace.force_goal)[np.isfinite(trace.force_goal)]
-    counts = Counter(limit.kind for limits in trace.limits for limit in limits)
+    unmet = [[limit.kind for limit in at if limit.kind.severity is not Severity.ADAPTED] for at in trace.limits]
+    counts = Counter(kind for kinds in unmet for kind in kinds)
     return ControllerMetrics(
         map_rms_mm=scaled(rms(trace.map_error), 1e3),
         map_p95_mm=scaled(p95(trace.map_error), 1e3),
@@ -187,7 +188,7 @@ def controller_metrics(trace: ControllerTrace) -> ControllerMetrics:
         lost=_share(~felt[trace.touched & np.logical_or.accumulate(felt)]),
         joint_speed_max=_highest(trace.joint_speed),
         energy_J=_highest(trace.energy),
-        limited=_share(np.array([bool(limits) for limits in trace.limits], dtype=np.bool_)),
+        limited=_share(np.array([bool(kinds) for kinds in unmet], dtype=np.bool_)),
         limit=counts.most_common(1)[0][0] if counts else None,
         control_ms=float(np.median(trace.control_ms)) if len(trace) else None,
         control_p95_ms=p95(trace.control_ms),

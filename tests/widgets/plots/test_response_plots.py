@@ -198,6 +198,16 @@ def test_limits_are_listed_and_counted(plots, prepared):
     assert plots._strip.toolTip() == "Joint limit\nJoint speed"
 
 
+def test_current_limits_have_room_before_ended_ones(plots, prepared):
+    ended = [Limit(kind) for kind in LimitKind if not kind.stops and kind is not LimitKind.JOINT_LIMIT]
+    plots.show_settings(FOLLOW)
+    play(plots, prepared, [0.1], limits=tuple(ended))
+    play(plots, prepared, [0.2, 0.3], limits=(JOINT_LIMIT,))
+    shown = [row.name for row in plots._strip._rows._with_room()]
+    assert 1 < len(shown) < len(ended)
+    assert "joint limit" in shown
+
+
 def test_strip_draws_limits_at_their_times_and_counts_those_that_do_not_fit(plots, prepared):
     plots.show_settings(FOLLOW)
     play(plots, prepared, [0.0])

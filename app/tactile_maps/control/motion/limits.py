@@ -241,6 +241,7 @@ _ADAPTED = frozenset(
         LimitKind.SLOW_HOMING,
         LimitKind.JOINT_RESPONSE,
         LimitKind.PATH_WAITS,
+        LimitKind.PLACE_UNCERTAIN,
         LimitKind.REGRASP_PLANNED,
         LimitKind.REGRASP_MOVES,
         LimitKind.REGRASP_RETURNS,

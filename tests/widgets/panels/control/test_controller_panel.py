@@ -312,6 +312,14 @@ def test_words_and_state(line, limits, state, words):
     assert (line.state, line.words) == (state, words)
 
 
+def test_number_of_limits_is_in_front_if_the_first_one_takes_all_room(line):
+    line.resize(150, 60)
+    line.show_limits(
+        (ShownLimit(Limit(LimitKind.PLACE_UNCERTAIN, value=0.006, bound=0.003), True), ShownLimit(B, True))
+    )
+    assert line.findChild(QLabel).text().startswith("Adapted: 2 limits, the path may be")
+
+
 def test_limits_without_room_are_counted_and_listed_in_the_tooltip(line):
     many = [Limit(kind) for kind in (LimitKind.SLOW_HOMING, LimitKind.SKIN_SATURATED, LimitKind.OSCILLATION)] * 2
     line.show_limits(tuple(ShownLimit(limit, True) for limit in many))

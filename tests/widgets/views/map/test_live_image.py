@@ -21,6 +21,7 @@ from tactile_maps.maps.image_atlas import ImageAtlas, halo_of
 from tactile_widgets.common.colours import PressureScale
 from tactile_widgets.views.map.items.bijectivity import FlawFinder, Flaws
 from tactile_widgets.views.map.items.live_image import LiveImage
+from tests.support.touch import arm
 from tests.widgets.support.arrange_driver import bent
 from tests.widgets.support.samples import leaf_map
 
@@ -70,6 +71,15 @@ def test_image_without_a_rim(value):
 
 
 leaves = cache(leaf_map)
+
+
+def test_patches_whose_borders_cross_are_those_that_overlap():
+    document = MapDocument.of(arm().map)
+    (_, forearm, hand) = document.map.boxes
+    document = move(document, [2], (forearm[1, 0] - 0.5 * hand[:, 0].sum(), 0.5 * (forearm[:, 1] - hand[:, 1]).sum()))
+    found = FlawFinder().of(document)
+    assert len(found.overlaps) >= 2
+    assert found.patches == (1, 2)
 
 
 @pytest.mark.long

@@ -265,12 +265,16 @@ class LimitStatusLine(QWidget):
         self._fit()
 
     def _fit(self) -> None:
-        """Show as many limits as fit, and the number of the others."""
+        """Show as many limits as fit, and the number of the others: in front if there is no room behind the first."""
         head, *parts = self._said
         for count in range(len(parts), -1, -1):
             more = f"{len(parts) - count}\u00a0more"
             self._words.setText(head + "; ".join(parts[:count] + [more] * (count < len(parts))))
-            if count <= 1 or self._words.heightForWidth(self._words.width()) <= self._words.height():
+            if count == 0 or self._words.heightForWidth(self._words.width()) <= self._words.height():
+                return
+            if count == 1:
+                number = f"{len(parts)} limits, " if len(parts) > 1 else ""
+                self._words.setText(f"{head}{number}{parts[0]}")
                 return
 
 

@@ -45,6 +45,11 @@ class SpanRow(NamedTuple):
     spans: tuple[tuple[float, float], ...]
     severity: Severity | None = None
 
+    @property
+    def current(self) -> bool:
+        """Whether the last span is still active."""
+        return self.spans[-1][1] >= 0
+
 
 def severity_colour(severity: Severity | None, theme: Theme) -> str:
     """Return the colour of a limit: grey if the goal is still reached, amber if not, red after a stop."""
@@ -157,8 +162,12 @@ class _Rows(QWidget):
         return max(self._x(span[0]) - x, x - self._x(span[1]), 0.0)
 
     def _with_room(self) -> tuple[SpanRow, ...]:
+        """Return the rows that fit, in their order; if not all do, current ones come before those that ended."""
         room = max(int((self.height() - AXIS_HEIGHT) // _ROW), 1)
-        return self._shown if len(self._shown) <= room else self._shown[: room - 1]
+        if len(self._shown) <= room:
+            return self._shown
+        current_first = sorted(range(len(self._shown)), key=lambda number: not self._shown[number].current)
+        return tuple(self._shown[number] for number in sorted(current_first[: room - 1]))
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         painter = QPainter(self)
@@ -178,8 +187,7 @@ class _Rows(QWidget):
             painter.drawText(QPointF(2, len(shown) * _ROW + 12), f"and {len(self._shown) - len(shown)} more")
 
     def _draw_row(self, painter: QPainter, top: float, row: SpanRow) -> None:
-        now = row.spans[-1][1] >= 0
-        painter.setPen(QColor(self.theme.text if now else self.theme.quiet))
+        painter.setPen(QColor(self.theme.text if row.current else self.theme.quiet))
         words = QFontMetricsF(self._caption).elidedText(row.name, Qt.TextElideMode.ElideRight, self.width() - 4)
         painter.drawText(QPointF(2, top + 12), words)
         painter.fillRect(QRectF(0, top + 15, self.width(), _BAR), QColor(mixed(self.theme.panel, self.theme.line, 0.5)))

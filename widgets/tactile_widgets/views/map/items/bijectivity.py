@@ -94,7 +94,9 @@ class FlawFinder:
         borders = [[placements[k].apply(self._own[k].chart.plane[loop]) for loop in self._own[k].loops] for k in near]
         insides = [placements[k].apply(_interior_point(self._own[k].chart))[0] for k in near]
         loops = [loop for border in borders for loop in border]
-        owner = np.concatenate([np.full(len(loop), k) for k, border in enumerate(borders) for loop in border])
+        owner = np.concatenate(
+            [np.full(len(loop), k) for k, border in zip(near, borders, strict=True) for loop in border]
+        )
         i, j = crossing_sides(*loops)
         other = owner[i] != owner[j]
         crossing = {int(number) for number in np.concatenate([owner[i[other]], owner[j[other]]])}
