@@ -139,7 +139,7 @@ class LimitKind(Enum):
     PATH_WAITS = "path-waits", "the path waits for the contact"
     PLACE_UNCERTAIN = (
         "place-uncertain",
-        "the path may be followed inaccurately, since the skin is coarse",
+        "coarse skin: inaccurate path",
         "one reading locates the contact within {milli:.1f}\u202fmm, more than {most:.1f}\u202fmm",
     )
     PATH_LEAVES_SKIN = "path-leaves-skin", "the path leaves the skin"

@@ -317,7 +317,7 @@ def test_number_of_limits_is_in_front_if_the_first_one_takes_all_room(line):
     line.show_limits(
         (ShownLimit(Limit(LimitKind.PLACE_UNCERTAIN, value=0.006, bound=0.003), True), ShownLimit(B, True))
     )
-    assert line.findChild(QLabel).text().startswith("Adapted: 2 limits, the path may be")
+    assert line.findChild(QLabel).text().startswith("Adapted: 2 limits, coarse skin")
 
 
 def test_limits_without_room_are_counted_and_listed_in_the_tooltip(line):
