@@ -192,3 +192,17 @@ def test_sparse_pads_are_reported_where_a_scene_averages_over_them(effects, kind
     scene = replace(arm().scene, outputs=("readings",), overrides=effects)
     found = [finding.kind for finding in findings_of(replace(arm(), scene=scene))]
     assert [kind for kind in found if kind == "sparse-pads"] == kinds
+
+
+def test_touch_sensors_that_a_cover_replaces_are_reported(tmp_path):
+    file = tmp_path / "finger.xml"
+    file.write_text(
+        """<mujoco><worldbody><body name="finger"><joint name="bend"/><geom type="box" size="0.02 0.02 0.05"/>
+        <site name="pad" pos="0.02 0 0" size="0.005"/></body></worldbody>
+        <sensor><touch name="pad" site="pad"/></sensor></mujoco>"""
+    )
+    covered = Scene("covered", robot=str(file), cover=CoverSpec(links=("finger",), taxels=20))
+    (finding,) = (one for one in findings_of(prepare(covered)) if one.kind == "touch-sensors")
+    assert "import the file as taxels" in finding.action
+    imported = replace(covered, taxel_files=(str(file),), cover=CoverSpec())
+    assert not [one for one in findings_of(prepare(imported)) if one.kind == "touch-sensors"]

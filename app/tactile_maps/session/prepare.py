@@ -7,7 +7,7 @@ so that errors name the line. ``prepare`` loads the robot, fits its skin and bui
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from tactile_maps.core.errors import Finding, SceneError, SkinError, TactileMapsError
@@ -16,6 +16,7 @@ from tactile_maps.core.toml import TomlReader
 from tactile_maps.geometry.surface.mesh import join_meshes
 from tactile_maps.maps.build import build_map
 from tactile_maps.maps.model.tactile_map import TactileMap
+from tactile_maps.robots.formats.touch_sensors import states_touch_sensors
 from tactile_maps.robots.library import load_robot
 from tactile_maps.robots.load import robot_of_mesh
 from tactile_maps.robots.model.home_posture import check_home
@@ -181,10 +182,21 @@ def fit_skin(scene: Scene, robot: Robot, *, progress: Progress = no_progress) ->
         skin = files.skin(robot, links=links, thickness=thickness)
     elif scene.cover.links or not scene.grids:
         skin = cover_robot(robot, scene.cover, progress=part_of_progress(progress, 0.1, 0.3))
+        skin = replace(skin, findings=(*skin.findings, *_unused_sensors(scene)))
     progress("Placing grids", 0.3)
     skin = add_grids(robot, skin, scene.grids, thickness=scene.cover.thickness)
     more = [cover_robot(robot, cover, progress=part_of_progress(progress, 0.3, 0.4)) for cover in scene.more_covers]
     return with_covers(skin, more) if more else skin
+
+
+def _unused_sensors(scene: Scene) -> list[Finding]:
+    """Return a finding if the robot's file states touch sensors, which a cover replaces."""
+    path = Path(scene.robot)
+    roots = [Path(root) for root in scene.package_roots]
+    if path.suffix != ".xml" or not states_touch_sensors(path, package_roots=roots):
+        return []
+    what = "its touch sensors are not used, since the skin covers it; import the file as taxels to use them"
+    return [Finding("touch-sensors", str(path), what)]
 
 
 def _skin_alone(scene: Scene) -> tuple[Robot, Skin]:
