@@ -112,6 +112,8 @@ def test_a_file_ends_and_is_not_opened_again():
     for _ in range(5):
         connection.step(0.0)
     assert not connection.ended  # one waits to be taken
+    status = connection.status
+    assert (status.state, status.waiting) == (ConnectionState.RECEIVING, 1)
     assert taken(connection) == [0]
     assert connection.ended
     assert connection.status.state is ConnectionState.ENDED

@@ -28,7 +28,14 @@ class Source:
 
     def __init__(self, count, *, finite=False):
         self.finite = finite
-        self._left = [Reading(0.01 * n, np.full(60, float(n)), Unit.PASCAL, sequence=n) for n in range(count)]
+        self._left = []
+        self._made = 0
+        self.add(count)
+
+    def add(self, count):
+        numbers = range(self._made, self._made + count)
+        self._left += [Reading(0.01 * n, np.full(60, float(n)), Unit.PASCAL, sequence=n) for n in numbers]
+        self._made += count
 
     def open(self): ...
     def close(self): ...
@@ -111,6 +118,31 @@ def test_loop_that_shares_its_time_combines_readings_once_it_is_late(waiting, fr
     assert (len(made), loop.taken) == (frames, waiting)
     assert loop._session.facts.combined == waiting - frames
     assert made[-1].measured.sequence == waiting - 1
+
+
+def test_newest_of_too_many_waiting_readings_is_used_next():
+    loop, frames = loop_of(Motion(), 10, shares=True)
+    connection = loop._connection
+    used = loop._session.apply
+    connection.source.add(3 * 990)
+
+    def use_while_three_arrive(item, **options):
+        for _ in range(3):
+            connection.step(0.0)
+        return used(item, **options)
+
+    loop._session.apply = use_while_three_arrive
+    shown = []
+    while connection.waiting:
+        loop.step()
+        shown.append((frames[-1].measured.sequence, connection.waiting))
+    assert shown[:4] == [(9, 30), (39, 90), (129, 270), (399, 810)]
+    assert shown[4] == (1209, 3), "the newest of the 810 that waited"
+    facts = loop._session.facts
+    superseded = connection.status.counts.superseded
+    assert superseded > 0
+    assert facts.readings == facts.combined + len(frames)
+    assert facts.readings + superseded == frames[-1].measured.sequence + 1
 
 
 def test_file_is_processed_reading_by_reading_while_motion_is_sent():

@@ -5,7 +5,8 @@ Threads, each with its own work, so that none delays another:
 - *receiving*: the connection's thread; it opens the source and keeps packets while the others are busy.
 - *commands*: this loop. While motion is sent, a pass processes everything that has arrived: it applies the readings in
   order, makes one frame of them, checks force and inputs, runs the controller and sends. Otherwise a pass processes one
-  reading, or in the window all of them if more than ``LATE_READINGS`` wait.
+  reading, or in the window all that wait if they are more than ``LATE_READINGS``, and only the newest if they are more
+  than ``MOST_COMBINED``.
 - *watchdog*: sends the stop if a pass takes too long, for example in a controller that computes for a second. It cannot
   interrupt a computation that never releases the interpreter lock; the driver's ``valid_s`` covers that.
 - *recording*: ``frame_recording``, or the window's own thread.
@@ -33,6 +34,10 @@ POLL_SECONDS = 0.01
 _WATCH_SECONDS = 0.01
 LATE_READINGS = 5
 """Number of waiting readings from which a loop that shares its time combines them into one frame."""
+MOST_COMBINED = 500
+"""Largest number of readings combined into one frame; of more, only the newest values are used, and the others are
+counted as superseded. Without this limit, a sender faster than the readings can be used would delay them more and more.
+"""
 _LONGEST_REST = 0.05
 _SHORT_PASS = 0.002
 """Passes that take less time [s] are not followed by a rest."""
@@ -121,11 +126,11 @@ class CommandLoop:
         active = motion.active
         newest_only = active and not self._connection.source.finite
         self._connection.keep_newest(on=newest_only)
-        if newest_only:
+        waiting = self._connection.waiting if self._shares else 0
+        if newest_only or waiting > MOST_COMBINED:
             items = self._connection.take_newest(session.missing())
         else:
-            late = self._shares and self._connection.waiting > LATE_READINGS
-            items = list(islice(iter(self._connection.take, None), None if late else 1))
+            items = list(islice(iter(self._connection.take, None), waiting if waiting > LATE_READINGS else 1))
         self.taken += len(items)
         fitting = [session.apply(item, compare=not active) for item in items]
         if any(fitting):

@@ -60,8 +60,9 @@ class ArrivalCounts:
         lost: Numbers that never arrived.
         restarts: Restarts of the sender: its numbers or its clock began again.
         overflowed: Readings that arrived faster than they were processed, and were dropped.
-        superseded: Readings replaced by newer ones before they were processed, while motion is sent. Their packets are
-            not decoded: those that begin like a reading are counted, also as received.
+        superseded: Readings replaced by newer ones before they were processed, while motion is sent or where far too
+            many wait. Packets are not decoded while motion is sent: those that begin like a reading are counted, also
+            as received.
     """
 
     received: int = 0

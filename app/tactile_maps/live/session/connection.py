@@ -66,6 +66,7 @@ class ConnectionStatus:
         next_try: Time until the source is reopened [s]; None if that is not planned.
         malformed: Error of the newest packet that could not be decoded; None if there was none.
         refused: Number of rejected packets of other senders while motion is sent, by address.
+        waiting: Number of readings that arrived and were not taken yet.
     """
 
     state: ConnectionState
@@ -78,6 +79,7 @@ class ConnectionStatus:
     next_try: float | None = None
     malformed: str | None = None
     refused: Mapping[str, int] = field(default_factory=dict)
+    waiting: int = 0
 
 
 def refused_text(refused: Mapping[str, int]) -> str:
@@ -277,13 +279,14 @@ class Connection:
                 max(self._retry_at - now, 0.0) if state is ConnectionState.RECONNECTING else None,
                 self._malformed,
                 self.source.refused if isinstance(self.source, PacketSource) else {},
+                self.waiting,
             )
 
     def _state(self, now: float) -> ConnectionState:
         if self._failed:
             return ConnectionState.FAILED
         if self._ended:
-            return ConnectionState.ENDED
+            return ConnectionState.ENDED if self.ended else ConnectionState.RECEIVING
         if self._stop.is_set():
             return ConnectionState.CLOSED
         if not self._open:

@@ -27,9 +27,13 @@ _MODES = {ValueMode.RAW: "Raw", ValueMode.BASELINE: "Above the baseline", ValueM
 _ROWS = {
     "state": ("State", "State of the connection; a source that breaks is opened again automatically"),
     "rate": ("Rate", "Readings per second, over the last two seconds"),
-    "delay": ("Delay", "Delay beyond that of the fastest reading: median and 95th percentile of the last 1000"),
+    "delay": (
+        "Delay",
+        "Delay beyond that of the fastest reading: median and 95th percentile of the last 1000. If it keeps growing, the "
+        "sender sends later than the times in its packets state",
+    ),
     "loss": ("Lost or late", "Share of the packets sent, by their sequence numbers"),
-    "counts": ("Readings", "Number of readings shown"),
+    "counts": ("Readings", "Number of readings shown, and of those that arrived and wait"),
     "trouble": (
         "Trouble",
         "Malformed, duplicated, reordered and late packets; restarts of the sender; readings combined with newer ones",
@@ -217,14 +221,19 @@ def _texts(status: ConnectionStatus, facts: MeasuredFacts, taxels: int) -> dict[
     if status.state is ConnectionState.RECONNECTING and status.next_try is not None:
         state = f"Reconnecting in {status.next_try:.1f}\u202fs"
     trouble = {name: getattr(counts, name) for name in ("malformed", "duplicated", "reordered", "late", "restarts")}
-    trouble |= {"overflowed": counts.overflowed, "refused": facts.refused, "mistimed": facts.mistimed}
+    trouble |= {
+        "overflowed": counts.overflowed,
+        "superseded": counts.superseded,
+        "refused": facts.refused,
+        "mistimed": facts.mistimed,
+    }
     trouble |= {"combined": facts.combined, "reconnects": status.reconnects}
     return {
         "state": state,
         "rate": f"{status.rate:.0f}\u202fHz",
         "delay": "–" if delay is None else f"{1e3 * delay.median:.1f}, {1e3 * delay.p95:.1f}\u202fms",
         "loss": f"{100 * counts.loss:.2g}\u202f%",
-        "counts": str(facts.readings),
+        "counts": f"{facts.readings}, {status.waiting} wait" if status.waiting else str(facts.readings),
         "trouble": ", ".join(f"{number} {name}" for name, number in trouble.items() if number) or "None",
         "taxels": f"{taxels - facts.unheard} of {taxels}",
     }
