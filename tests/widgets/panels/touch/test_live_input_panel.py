@@ -300,3 +300,41 @@ def test_channels_are_counted_and_listed_on_request(window, tmp_path):
     assert "Sends nothing: taxel 145: dead at 7" in notes_of(panel)
     assert places(window) == before
     window.live.connection.close()
+
+
+def test_only_contacts_are_outlined_on_noisy_readings(window, tmp_path):
+    """Noise of 1 count, which is shown as 1 kPa, the pressure of touch."""
+    map_ = window.live.prepared.map
+    skin = map_.skin
+    apart = np.linalg.norm(map_.taxel_points - map_.taxel_points[30], axis=1)
+    bump = 100.0 * np.exp(-0.5 * (apart / 0.012) ** 2)
+    random = np.random.default_rng(0)
+    rows = [200 + random.normal(0, 1, len(skin)) + bump * (number >= 60) for number in range(65)]
+    path = tmp_path / "noisy.csv"
+    lines = [",".join(map(str, ("time", *range(len(skin)))))]
+    lines += [",".join(map(str, (0.01 * number, *row))) for number, row in enumerate(rows)]
+    path.write_text("\n".join(lines) + "\n")
+    window.live.connection.open(LiveInputSettings(str(path), SourceOptions(speed=None), tare=50))
+    for _ in range(70):
+        run(window, 0.05)
+    frame = window.live.live_input.session.frame
+    (region,) = frame.regions
+    picture = window.map_view.picture
+    drawn = np.array([[line.x1(), line.y1()] for line in picture.layers["contours"].marks])
+    assert len(drawn) > 5
+    apart = np.linalg.norm(drawn[:, None] - picture.shapes.taxels, axis=2)
+    assert np.isin(apart.argmin(axis=1), region.taxels).all()
+    window.live.connection.close()
+
+
+def test_readings_of_a_file_that_wait_are_counted(window, tmp_path):
+    panel = opened(window, tmp_path, [(number, 20) for number in range(4)])
+    for _ in range(6):
+        window.live.live_input.connection.step(0.0)
+    panel.refresh()
+    assert (text(panel, "state"), text(panel, "counts")) == ("Receiving", "0, 4 wait")
+    for _ in range(4):
+        run(window, 0.05)
+    panel.refresh()
+    assert (text(panel, "state"), text(panel, "counts")) == ("Ended", "4")
+    window.live.connection.close()

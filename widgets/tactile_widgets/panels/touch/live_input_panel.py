@@ -29,8 +29,8 @@ _ROWS = {
     "rate": ("Rate", "Readings per second, over the last two seconds"),
     "delay": (
         "Delay",
-        "Delay beyond that of the fastest reading: median and 95th percentile of the last 1000. If it keeps growing, the "
-        "sender sends later than the times in its packets state",
+        "Delay beyond that of the fastest reading: median and 95th percentile of the last 1000. If it keeps growing, "
+        "the sender sends later than the times in its packets state",
     ),
     "loss": ("Lost or late", "Share of the packets sent, by their sequence numbers"),
     "counts": ("Readings", "Number of readings shown, and of those that arrived and wait"),
@@ -220,13 +220,9 @@ def _texts(status: ConnectionStatus, facts: MeasuredFacts, taxels: int) -> dict[
     state = status.state.value.capitalize()
     if status.state is ConnectionState.RECONNECTING and status.next_try is not None:
         state = f"Reconnecting in {status.next_try:.1f}\u202fs"
-    trouble = {name: getattr(counts, name) for name in ("malformed", "duplicated", "reordered", "late", "restarts")}
-    trouble |= {
-        "overflowed": counts.overflowed,
-        "superseded": counts.superseded,
-        "refused": facts.refused,
-        "mistimed": facts.mistimed,
-    }
+    kinds = ("malformed", "duplicated", "reordered", "late", "restarts", "overflowed", "superseded")
+    trouble = {name: getattr(counts, name) for name in kinds}
+    trouble |= {"refused": facts.refused, "mistimed": facts.mistimed}
     trouble |= {"combined": facts.combined, "reconnects": status.reconnects}
     return {
         "state": state,

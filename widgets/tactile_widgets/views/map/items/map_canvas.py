@@ -9,7 +9,6 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 from PySide6.QtCore import QPointF
 from PySide6.QtGui import QPainter, QTransform
 from PySide6.QtWidgets import QGraphicsItem, QGraphicsScene
@@ -18,7 +17,7 @@ from tactile_maps.contacts.detection.detection import TOUCH_THRESHOLD
 from tactile_maps.core.arrays import IntArray
 from tactile_maps.editing.document import MapDocument
 from tactile_maps.geometry.surface.mesh import SurfacePoint
-from tactile_maps.maps.image_atlas import AtlasTile, ImageAtlas, ImageSettings
+from tactile_maps.maps.image_atlas import ImageAtlas, ImageSettings
 from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.session.frame import Frame
 from tactile_widgets.common.colours import BETWEEN_DOTS, PressureScale, Theme, words32
@@ -35,7 +34,7 @@ from tactile_widgets.views.overlays.body_overlays import SkinTexture
 from tactile_widgets.views.overlays.legend import Legend
 
 CONTACT_KPA = TOUCH_THRESHOLD / 1e3
-"""Level of the contour around a touched area [kPa]: the pressure from which the contact detector reports touch."""
+"""Pressure from which touch is shown [kPa]: that from which the contact detector reports it by default."""
 MAX_WIREFRAME_LINES = 3000
 """Maximum number of lines of a chart that is being dragged."""
 
@@ -277,10 +276,6 @@ class MapCanvas:
             return None
         at = self._visible.to_body(self.shapes.frame.to_map(np.array([x, y])))
         return None if at is None else SurfacePoint(self.shapes.numbers[at.patch], at.face, at.weights)
-
-    def tile(self, number: int) -> tuple[AtlasTile, NDArray[np.float32]]:
-        """Return a patch's part of the image, and its pressures [kPa], which are outdated for a held patch."""
-        return self.atlas.tiles[number], self._kilopascals[self.atlas.window(number)]
 
     def _use_atlas(self, atlas: ImageAtlas) -> None:
         """Draw all patches by this live image."""

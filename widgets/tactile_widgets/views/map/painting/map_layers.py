@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen, QPolygonF, QTransform
 
+from tactile_maps.contacts.detection.detection import TOUCH_THRESHOLD
 from tactile_maps.contacts.detection.regions import ContactRegion
 from tactile_maps.contacts.detection.shear_estimation import TAXEL_SLIPS
 from tactile_maps.core.arrays import FloatArray
@@ -34,7 +35,7 @@ from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.maps.model.taxel_frames import map_directions
 from tactile_maps.session.frame import Frame
 from tactile_maps.skin.model.skin import Skin
-from tactile_widgets.views.map.items.map_canvas import CONTACT_KPA, MapCanvas, MapLayer
+from tactile_widgets.views.map.items.map_canvas import MapCanvas, MapLayer
 from tactile_widgets.views.map.items.map_items import LineBuffer, MapItem, PatchItem, ZOrder, cosmetic_pen, draw_dots
 from tactile_widgets.views.map.items.map_shapes import ChartShape
 from tactile_widgets.views.overlays.callouts import LABELLED
@@ -305,8 +306,23 @@ class _PaintedLayer(MapLayer):
         """Find the marks on the current document and tick."""
 
 
+def _contour_level(region: ContactRegion, pressures: FloatArray) -> float:
+    """Pressure [Pa] at the contour of a contact: that of touch, or more where noise of its untouched taxels exceeds it.
+
+    Its touched taxels have the highest readings.
+    """
+    untouched = 0 if region.touched is None else len(region.taxels) - region.touched
+    if not 0 < untouched < len(region.taxels):
+        return TOUCH_THRESHOLD
+    below, above = np.sort(pressures[region.taxels])[untouched - 1 : untouched + 1].tolist()
+    return TOUCH_THRESHOLD if below < TOUCH_THRESHOLD else 0.5 * (below + above)
+
+
 class TouchContours(_PaintedLayer):
-    """Contour lines around touched areas, while there is a contact; none on hidden and held patches."""
+    """Contour lines around the touched areas of contacts; none on hidden and held patches.
+
+    Readings outside contacts have none: the noise of a real skin may exceed the pressure of touch.
+    """
 
     order = ZOrder.CONTOURS
 
@@ -317,11 +333,19 @@ class TouchContours(_PaintedLayer):
     def find(self) -> list[QLineF]:
         if self._frame is None or not self._frame.regions:
             return []
+        canvas = self.canvas
+        pressures = np.nan_to_num(self._frame.pressures)
+        relative = np.zeros(len(pressures))  # 1 at the contour
+        for region in self._frame.regions:
+            own = pressures[region.taxels] / _contour_level(region, pressures)
+            relative[region.taxels] = np.maximum(relative[region.taxels], own)
+        image = np.zeros(canvas.atlas.shape, np.float32)
+        canvas.atlas.render(1e3 * relative, image, changed=np.flatnonzero(relative))
         found = [np.zeros((0, 2, 2))]
-        for number, shape in enumerate(self.canvas.shapes.patches):
-            tile, values = self.canvas.tile(number)
-            if shape.shown and number not in self.canvas.held:
-                found.append(shape.to_scene(tile.chart_points(contour_segments(values, CONTACT_KPA))))
+        for number, shape in enumerate(canvas.shapes.patches):
+            if shape.shown and number not in canvas.held:
+                segments = contour_segments(image[canvas.atlas.window(number)], 1.0)
+                found.append(shape.to_scene(canvas.atlas.tiles[number].chart_points(segments)))
         return self._buffer.fill(np.concatenate(found))
 
     def paint(self, painter: QPainter, view: QTransform) -> None:
