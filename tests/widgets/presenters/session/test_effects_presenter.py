@@ -14,6 +14,7 @@ from tactile_maps.scene.scene import with_override
 from tactile_maps.scene.stability import stability_warning
 from tactile_maps.session.inputs import EffectsChanged
 from tactile_maps.studies.study.work_precision import Setting
+from tactile_maps.tactile.mechanics.half_space_stress import TAIL_SHARE
 from tactile_widgets.common.mode import Mode
 from tests.widgets.support.window_driver import press_map, run
 
@@ -197,9 +198,10 @@ def test_controller_chosen_by_accuracy_is_used(window):
     assert window.column["controller"].settings == settings
 
 
-def test_contact_model_chosen_by_accuracy_is_used(window, panel):
-    window.column["accuracy"].chosen.emit(Setting("touch", "punch"))
+@pytest.mark.parametrize("setting", [Setting("touch", "punch"), Setting("touch", "half-space", {"share": TAIL_SHARE})])
+def test_contact_model_chosen_by_accuracy_is_used(window, panel, setting):
+    window.column["accuracy"].chosen.emit(setting)
     run(window, 0.02)
-    assert in_force(window).skin == "punch"
-    assert panel.lines["skin"].words[1] == "punch"
-    assert window.column["accuracy"]._present["touch"] == Setting("touch", "punch")
+    assert in_force(window).skin == setting.method
+    assert panel.lines["skin"].words[1] == setting.method
+    assert window.column["accuracy"]._present["touch"] == setting

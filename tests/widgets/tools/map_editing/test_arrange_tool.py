@@ -328,8 +328,10 @@ def test_second_escape_clears_the_selection(bench):
 
 def test_box_selects_overlapping_patches(bench):
     bench.move(BESIDE)
+    assert bench.view.viewport().cursor().shape() == Qt.CursorShape.ArrowCursor
     before = bench.picture()
     end = bench.drag(BESIDE, (8.0, 40.0))
+    assert bench.view.viewport().cursor().shape() == Qt.CursorShape.CrossCursor
     assert bench.picture() != before, "an empty box is shown, too"
     bench.release(end)
     assert bench.editor.selected == ()
