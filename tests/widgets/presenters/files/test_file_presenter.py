@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import multiprocessing as mp
 import shlex
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,6 +19,7 @@ from PySide6.QtWidgets import QInputDialog, QMenu, QMessageBox
 
 from tactile_maps.cli.parser import build_parser
 from tactile_maps.cli.shared.scenes import scene_from_arguments
+from tactile_maps.core.assets import asset
 from tactile_maps.recording.player import RecordingPlayer
 from tactile_maps.recording.verify import verify
 from tactile_maps.scene.scene_file import load_scene, scene_for, scene_for_taxels, scene_names
@@ -26,6 +28,7 @@ from tactile_maps.skin.formats.import_skin import NO_ROBOT
 from tactile_maps.skin.formats.taxel_files import write_taxels
 from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.common.mode import Mode
+from tactile_widgets.dialogs.study_dialog import StudyDialog
 from tactile_widgets.presenters.files.file_presenter import scene_words
 from tactile_widgets.session.backends import INLINE
 from tactile_widgets.views.interaction.view_tool import PointedAt
@@ -228,19 +231,20 @@ def test_copied_command_line_states_the_home_posture(named, tmp_path, monkeypatc
     assert scene_from_arguments(build_parser().parse_args(words)).home == scene.home
 
 
-def test_file_dialog_opens_in_its_last_folder(window, monkeypatch, tmp_path):
+def test_file_dialog_opens_in_the_folder_of_the_last_file_that_could_be_opened(window, monkeypatch, tmp_path):
+    good = tmp_path / "good" / "study.csv"
+    good.parent.mkdir()
+    shutil.copy(min(asset("findings").glob("*.csv")), good)
+    chosen = iter([tmp_path / "none.csv", good, "", ""])
     folders = []
-
-    def chosen(_parent, _title, folder, _kinds):
-        folders.append(folder)
-        return str(tmp_path / "none.toml")
-
-    monkeypatch.setattr(FileDialog, "open_file", chosen)
-    window.action("open_scene").trigger()
-    window.action("open_recording").trigger()
-    window.action("open_scene").trigger()
-    assert folders[2] == str(tmp_path)
-    assert folders[1] != str(tmp_path), "each kind has its own"
+    monkeypatch.setattr(
+        FileDialog, "open_file", lambda _parent, _title, folder, _kinds: folders.append(folder) or str(next(chosen))
+    )
+    for name in ("open_study", "open_study", "open_study", "open_scene"):
+        window.action(name).trigger()
+    assert folders == ["", "", str(good.parent), ""], "each kind has its own"
+    for dialog in window.findChildren(StudyDialog):
+        dialog.close()
 
 
 @pytest.mark.long

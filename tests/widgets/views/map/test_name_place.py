@@ -97,3 +97,22 @@ def test_leader_line_that_must_cross_a_name_passes_behind_it(view, theme, monkey
     crossed, crossed_name = picture((name.center() + away, name.center() - away))
     assert (crossed != plain).any(), "the line is drawn outside the name"
     np.testing.assert_array_equal(crossed_name, plain_name)
+
+
+@pytest.mark.parametrize("size", [(150, 140), (180, 200), (210, 230)])
+def test_name_is_not_taken_for_that_of_another_patch(open_map_view, prepared, size):
+    view = open_map_view(*size, lambda view: view.show_document(MapDocument.of(prepared.map)))
+    view.frame_all()
+    painter, place = place_of(view)
+    outlines = [view.viewportTransform().map(polygon(p.to_scene(p.chart.outline))) for p in view.picture.shapes.patches]
+    names = painter._name_chips(*place)
+    assert len(names) == 3
+    for number, (box, _) in enumerate(names):
+        away = [min(_distance(box, point) for point in outline) for outline in outlines]
+        assert away[number] == min(away)
+
+
+def _distance(box, point):
+    dx = max(box.left() - point.x(), point.x() - box.right(), 0.0)
+    dy = max(box.top() - point.y(), point.y() - box.bottom(), 0.0)
+    return float(np.hypot(dx, dy))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPointF, QRectF, QSizeF
+from PySide6.QtCore import QLineF, QPointF, QRectF, QSizeF
 
 from tactile_widgets.views.overlays.callouts import Spot, place_callouts
 
@@ -71,3 +71,15 @@ def test_leader_lines_cross_no_caption_and_no_other_contact_where_there_is_room(
         others = [spot.box for k, spot in enumerate(spots) if k != number]
         boxes = [one.box for k, one in enumerate(callouts) if k != number]
         assert not any(box.contains(point) for box in (*names, *others, *boxes) for point in along)
+
+
+@pytest.mark.parametrize("seed", [3, 30, 42])
+def test_leader_lines_do_not_cross_each_other_where_there_is_room(seed):
+    rng = np.random.default_rng(seed)
+    spots = [Spot(QPointF(*at), 9.0, WORDS) for at in rng.uniform((200, 150), (300, 250), (3, 2)).tolist()]
+    callouts = place_callouts(spots, ROOM, kept=[QRectF(180, 130, 140, 140)])
+    lines = [QLineF(*callout.leader) for callout in callouts if callout.leader is not None]
+    assert len(lines) > 1
+    for number, line in enumerate(lines):
+        for other in lines[:number]:
+            assert line.intersects(other)[0] != QLineF.IntersectionType.BoundedIntersection

@@ -11,7 +11,7 @@ from functools import partial
 from itertools import product
 from operator import itemgetter
 
-from PySide6.QtCore import QPointF, QRectF, QSizeF
+from PySide6.QtCore import QLineF, QPointF, QRectF, QSizeF
 
 _GAPS = (4.0, 24.0, 48.0, 84.0, 130.0)
 """Candidate distances between the rim of a spot and its caption [px]."""
@@ -72,7 +72,7 @@ def place_callouts(
 ) -> list[Callout]:
     """Place the caption of each spot within ``room``, over no other caption, and if possible over no spot.
 
-    If possible, leader lines cross no caption and no other spot.
+    If possible, leader lines cross no caption, no other spot and no other line.
 
     Args:
         spots: Spots, the most important first.
@@ -95,7 +95,8 @@ def place_callouts(
             callout = _led(spot, box)
             over = any(map(box.intersects, kept))
             led = callout.leader is not None and any(map(partial(_meets, callout.leader), crossed))
-            found.append(((over, led or any(_meets(line, box) for line in lines)), callout))
+            led = led or any(_meets(line, box) or _cross(line, callout.leader) for line in lines)
+            found.append(((over, led), callout))
             if not any(found[-1][0]):
                 break
         best = min(found, key=itemgetter(0), default=None)
@@ -114,6 +115,12 @@ def _led(spot: Spot, box: QRectF) -> Callout:
     if distance - spot.radius < _LED_FROM or box == spot.preferred:
         return Callout(box)
     return Callout(box, (spot.at + away * (spot.radius / distance), end))
+
+
+def _cross(line: Leader, other: Leader | None) -> bool:
+    """Whether two lines cross."""
+    bounded = QLineF.IntersectionType.BoundedIntersection
+    return other is not None and QLineF(*line).intersects(QLineF(*other))[0] == bounded
 
 
 def _meets(line: Leader, box: QRectF) -> bool:

@@ -6,9 +6,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
 
+import numpy as np
 from PySide6.QtCore import QPointF, QRectF, QSizeF, Qt
 from PySide6.QtGui import QFont, QFontMetricsF, QPainterPath, QTransform
 
+from tactile_maps.core.arrays import FloatArray
 from tactile_widgets.views.map.items.map_coordinates import MARGIN_PX
 from tactile_widgets.views.map.items.map_shapes import MapShapes, PatchShape
 from tactile_widgets.views.overlays.painting import EDGE, chip_size, polygon
@@ -60,39 +62,47 @@ class NamePlace:
     def _place(
         self, shapes: MapShapes, view: QTransform, room: QRectF, legends: Sequence[QRectF], scale: QRectF
     ) -> list[Name]:
-        skin = [_area(patch, view) for patch in shapes.patches if patch.shown]
+        skin = [_Area.of(patch, view) for patch in shapes.patches if patch.shown]
         taken = [*legends, scale]
-        above = QRectF(room.topLeft(), QPointF(room.right(), scale.top()))  # the readout is next to the scale bar
         found = list[Name]()
-        for patch in shapes.patches:
-            low, high = patch.box
-            box = view.mapRect(QRectF(*low, *(high - low)))
-            if not (patch.shown and box.intersects(room)) or box.width() < _NARROWEST:
+        for patch, own in zip([patch for patch in shapes.patches if patch.shown], skin, strict=True):
+            box = own.bounds
+            if not box.intersects(room) or box.width() < _NARROWEST:
                 continue
             metrics = QFontMetricsF(self._font)
             text = metrics.elidedText(patch.name, Qt.TextElideMode.ElideMiddle, max(box.width() + 16, 40))
             best = _usual(box, chip_size(text, self._font), room, legends)
             if box.top() >= MARGIN_PX - 1:  # above a patch that extends beyond the viewport is no place
-                best = _least_hiding(best, box, above, skin, taken)
+                best = _least_hiding(best, own, room, skin, taken, scale.top())
             taken.append(best)
             found.append((best, text))
         return found
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Area:
-    """Outline of a patch [px], and its bounds."""
+    """A patch [px]: corners (k, 2) of its outline, the outline, and the box around it."""
 
+    corners: FloatArray
     outline: QPainterPath
     bounds: QRectF
 
+    @classmethod
+    def of(cls, patch: PatchShape, view: QTransform) -> _Area:
+        outline = patch.to_scene(patch.chart.outline)
+        corners = outline[:: 1 + len(outline) // _MOST_CORNERS] * [view.m11(), view.m22()] + [view.dx(), view.dy()]
+        path = QPainterPath()
+        path.addPolygon(polygon(corners))
+        path.setFillRule(Qt.FillRule.WindingFill)
+        low, high = patch.box
+        return cls(corners, path, view.mapRect(QRectF(*low, *(high - low))))
 
-def _area(patch: PatchShape, view: QTransform) -> _Area:
-    outline = patch.chart.outline
-    path = QPainterPath()
-    path.addPolygon(view.map(polygon(patch.to_scene(outline[:: 1 + len(outline) // _MOST_CORNERS]))))
-    path.setFillRule(Qt.FillRule.WindingFill)
-    return _Area(path, path.boundingRect())
+    def distance(self, place: QRectF) -> float:
+        """Return the distance from a box to the nearest corner of the outline."""
+        low = np.array([place.left(), place.top()])
+        high = np.array([place.right(), place.bottom()])
+        away = np.maximum(np.maximum(low - self.corners, self.corners - high), 0.0)
+        return float(np.linalg.norm(away, axis=1).min())
 
 
 def _usual(box: QRectF, size: QSizeF, room: QRectF, legends: Sequence[QRectF]) -> QRectF:
@@ -113,31 +123,56 @@ def _usual(box: QRectF, size: QSizeF, room: QRectF, legends: Sequence[QRectF]) -
     return found
 
 
-def _least_hiding(usual: QRectF, box: QRectF, room: QRectF, skin: Sequence[_Area], taken: Sequence[QRectF]) -> QRectF:
-    """Return the first place that hides nothing, or else the one that hides least skin."""
-    around = [place for place in _around(box, usual.size()) if room.contains(place)]
-    places = [place for place in (usual, *around) if not any(map(place.intersects, taken))]
+def _least_hiding(
+    usual: QRectF, own: _Area, room: QRectF, skin: Sequence[_Area], taken: Sequence[QRectF], readout: float
+) -> QRectF:
+    """Return the first place that hides nothing, or else the one that hides least skin.
+
+    Places above a patch belong to it. Others must be nearer to it than to any other patch, or the name would be taken
+    for that one's. Places next to the scale bar, below ``readout``, come last, because the readout hides them while
+    it is shown.
+    """
+    above = [usual, *_above(own.bounds, usual.size())]
+    around = [*_around(own.bounds, usual.size())]
+    places = [place for place in (*above, *around) if room.contains(place) and not any(map(place.intersects, taken))]
+    places.sort(key=lambda place: place.bottom() > readout)
     free = (place for place in places if not any(_hits(place, skin)))
-    return next(free, None) or min(places, key=lambda place: sum(_hits(place, skin)), default=usual)
+    fit = (place for place in free if place in above or _belongs(place, own, skin))
+    return next(fit, None) or min(
+        (place for place in places if place in above or _belongs(place, own, skin)),
+        key=lambda place: sum(_hits(place, skin)),
+        default=usual,
+    )
+
+
+def _above(box: QRectF, size: QSizeF) -> Iterator[QRectF]:
+    for share in (0.25, 0.75, 0.0, 1.0):
+        left = box.left() + share * (box.width() - size.width())
+        yield QRectF(QPointF(left, box.top() - size.height() - _GAP), size)
 
 
 def _around(box: QRectF, size: QSizeF) -> Iterator[QRectF]:
-    """Yield places next to the box of a patch, and in its corners, which the patch may leave free."""
+    """Yield places in the corners of the box of a patch, which the patch may leave free, and next to it."""
     width = size.width()
     height = size.height()
-    span = box.width() - width
     above = box.top() - height - _GAP
-    below = box.bottom() + _GAP
-    beside = (box.left() - width - _GAP, box.right() + _GAP)
-    inside = (box.left(), box.right() - width)
-    for share in (0.25, 0.75, 0.0, 1.0):
-        yield QRectF(QPointF(box.left() + share * span, above), size)
-    for down, left in product((0.0, 0.5 * height, height), inside):
+    for down, left in product((0.0, 0.5 * height, height), (box.left(), box.right() - width)):
         yield QRectF(QPointF(left, box.top() + down), size)
     for share in (0.5, 0.25, 0.75, 0.0, 1.0):
-        yield QRectF(QPointF(box.left() + share * span, below), size)
-    for down, left in product((0.5, 0.25, 0.75), beside):
+        yield QRectF(QPointF(box.left() + share * (box.width() - width), box.bottom() + _GAP), size)
+    for down, left in product((0.5, 0.25, 0.75, 0.0, 1.0), (box.left() - width - _GAP, box.right() + _GAP)):
         yield QRectF(QPointF(left, box.top() + down * (box.height() - height)), size)
+    for out, down in product((0.25, 0.5, 0.75), (0.0, 0.5 * height, height)):
+        for left in (box.left() - out * width, box.right() - (1 - out) * width):
+            yield QRectF(QPointF(left, above + down), size)
+
+
+def _belongs(place: QRectF, own: _Area, skin: Sequence[_Area]) -> bool:
+    """Whether a place is nearer to the outline of its own patch than to those of the others."""
+    distance = own.distance(place)
+    near = place.adjusted(-distance, -distance, distance, distance)
+    others = (area for area in skin if area is not own and area.bounds.intersects(near))
+    return all(other.distance(place) > distance for other in others)
 
 
 def _hits(place: QRectF, skin: Sequence[_Area]) -> Iterator[bool]:
