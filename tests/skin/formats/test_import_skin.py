@@ -13,6 +13,8 @@ from tactile_maps.cli.main import run_command
 from tactile_maps.cli.parser import build_parser
 from tactile_maps.cli.shared.scenes import scene_from_arguments
 from tactile_maps.core.errors import SceneError, SkinError, TactileMapsError, UsageError
+from tactile_maps.live.channels.matching import TaxelMatcher
+from tactile_maps.live.readings.readings import Reading
 from tactile_maps.robots.load import load_robot_file
 from tactile_maps.scene.scene_file import scene_for, scene_for_taxels, scene_from_toml, scene_to_toml
 from tactile_maps.session.prepare import load_robot_and_skin, open_scene
@@ -212,5 +214,40 @@ def test_same_id_in_two_files_names_both(halves, robot, tmp_path):
     other = tmp_path / "other.csv"
     write_taxels(cylinder_taxels().select(np.isin(np.arange(30), (14, 15))), other)
     found = int(cylinder_taxels().ids[14])
-    with pytest.raises(SkinError, match=rf"same id.*first\.csv and other\.csv.*{found}.*Renumber"):
+    with pytest.raises(SkinError, match=rf"same id.*first\.csv and other\.csv.*{LINK}:{found}.*Renumber"):
         TaxelFiles([halves[0], other]).check_links(robot)
+
+
+def pad(path, first):
+    """A layout of PaXini of four taxels, whose index begins at 0."""
+    points = [{"index": n, "x_mm": first + 4 * (n % 2), "y_mm": 4 * (n // 2), "z_mm": 0} for n in range(4)]
+    path.write_text(json.dumps({"points": points}))
+    return path
+
+
+def table(path, first):
+    """A table as this program exports it: taxels are numbered from 0."""
+    points = [f"{1e-3 * (first + 4 * (n % 2))},{4e-3 * (n // 2)},0,0,0,1,{n}" for n in range(4)]
+    path.write_text("\n".join(["x_m,y_m,z_m,nx,ny,nz,taxel", *points]))
+    return path
+
+
+@pytest.mark.parametrize(("write", "suffix"), [(pad, "json"), (table, "csv")])
+def test_ids_that_repeat_on_several_links_are_addressed_with_the_link(write, suffix, tmp_path):
+    files = TaxelFiles([write(tmp_path / f"{name}.{suffix}", 0) for name in ("one", "other")])
+    skin = files.skin(links=(LINK, "base"))
+    assert [(patch.link, patch.taxels.identity.ids.tolist()) for patch in skin.patches] == [
+        (LINK, [0, 1, 2, 3]),
+        ("base", [0, 1, 2, 3]),
+    ]
+    finding = only(skin.findings, "repeated-id")
+    assert (finding.count, f"{LINK}:0 or base:0" in finding.action) == (4, True)
+    matcher = TaxelMatcher(skin)
+    values = Reading(0.0, [5.0, 7.0], ids=[2, 2], links=(LINK, "base"))
+    taxels, found = matcher.match(values)
+    assert [(skin.patches[skin.patch_of[one]].link, value) for one, value in zip(taxels, found, strict=True)] == [
+        (LINK, 5.0),
+        ("base", 7.0),
+    ]
+    with pytest.raises(SkinError, match=rf"same id for one link, one\.{suffix} and other\.{suffix}.*{LINK}:0"):
+        files.skin(links=(LINK,))

@@ -71,11 +71,6 @@ class TaxelFile:
             return tuple(dict.fromkeys(sensor.link for sensor in read_touch_sensors(self.path)[0]))
         return tuple(taxels.link for taxels in self.sets.values())
 
-    @property
-    def numbers_rows(self) -> bool:
-        """Whether its ids are rows of iCub positions files, which repeat on each link."""
-        return self.is_folder or self.path.suffix.lower() == ".txt"
-
     def stated_ids(self, robot: Robot | None, links: Sequence[str] = ()) -> set[tuple[str | None, int]]:
         """Return the link and id of each taxel whose id the file states.
 

@@ -6,10 +6,11 @@ Scenes, the window, every command and the library open the files of a skin throu
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from operator import itemgetter
 from pathlib import Path
 
-from tactile_maps.core.errors import SkinError
+from tactile_maps.core.errors import Finding, SkinError
 from tactile_maps.robots.model.robot import Robot
 from tactile_maps.skin.fitting.frame_match import carrying_link
 from tactile_maps.skin.formats.import_skin import NO_ROBOT, TaxelFile
@@ -78,7 +79,7 @@ class TaxelFiles:
 
         Raises:
             SkinError: A file is not usable or lacks a link, links are too many or too few, or two files state the same
-                id.
+                id for one link.
             RobotError: The robot has no link of a name in ``links``.
 
         Cost: that of ``TaxelFile.skin`` for each file.
@@ -86,7 +87,7 @@ class TaxelFiles:
         if len(self.files) > 1:
             self.check_links(robot, links)
         made = [file.skin(robot, links=own, thickness=thickness) for file, own in self._with_links(robot, links)]
-        return made[0] if len(made) == 1 else merge_skins(made)
+        return made[0] if len(made) == 1 else _with_repeated_ids(merge_skins(made))
 
     def _with_links(self, robot: Robot | None, links: Sequence[str]) -> Iterator[tuple[TaxelFile, tuple[str, ...]]]:
         """Yield each file with its links of ``links``."""
@@ -102,18 +103,35 @@ class TaxelFiles:
             yield file, (given[file],) if file in given else ()
 
     def _check_ids(self, robot: Robot | None, links: Sequence[str]) -> None:
-        """Reject the same id in two files. Ids of iCub positions are rows of the file, which repeat on each link."""
+        """Reject the same id of one link in two files."""
         found: dict[tuple[str | None, int], TaxelFile] = {}
         for file, own in self._with_links(robot, links):
             for link, number in sorted(file.stated_ids(robot, own), key=itemgetter(1)):
-                other = found.setdefault((link if file.numbers_rows else None, number), file)
+                other = found.setdefault((link, number), file)
                 if other is not file:
                     raise SkinError(
-                        f"two files state the same id, {other.path.name} and {file.path.name}",
+                        f"two files state the same id for one link, {other.path.name} and {file.path.name}",
                         file=file.path,
-                        value=number,
-                        remedy="Renumber the taxels of one of them, or import only one",
+                        value=number if link is None else f"{link}:{number}",
+                        remedy="Renumber the taxels of one of them, name another link for it, or import only one",
                     )
+
+
+def _with_repeated_ids(skin: Skin) -> Skin:
+    """Return the skin with a finding if several links have the same id, which is then addressed as ``link:id``."""
+    links: dict[int, dict[str, None]] = {}
+    for patch in skin.patches:
+        ids = patch.taxels.identity.ids
+        for number in [] if ids is None else ids.tolist():
+            links.setdefault(number, {})[patch.link] = None
+    repeated = {number: names for number, names in links.items() if len(names) > 1}
+    if not repeated:
+        return skin
+    first = min(repeated)
+    labels = " or ".join(f"{link}:{first}" for link in repeated[first])
+    where = ", ".join(dict.fromkeys(link for names in repeated.values() for link in names))
+    finding = Finding("repeated-id", where, f"several links have the same ids: address them as {labels}", len(repeated))
+    return replace(skin, findings=(*skin.findings, finding))
 
 
 def _needs_link(file: TaxelFile, robot: Robot | None) -> bool:
