@@ -179,7 +179,7 @@ def _add_listen(command: _Add) -> None:
     add("--calibration", metavar="FILE", help="gain and offset of each taxel (.csv, .toml)")
     add("--inverted", action="store_true", help="the values fall under pressure: use a negative gain")
     add("--mode", choices=("raw", "baseline", "kPa"), help="values from which contacts are read (default: best known)")
-    tare = "use the first N readings as those of the untouched skin (50 recommended)"
+    tare = "use the first N readings as those of the untouched skin (5 or more; 50 recommended)"
     add("--tare", type=_integer, metavar="N", help=tare)
     level = "smallest value of a taxel in contact, in the unit shown: counts or kPa (default: from the tare)"
     add("--threshold", type=_threshold, metavar="VALUE", help=level)

@@ -55,6 +55,15 @@ def test_file_is_reported_in_numbers(readings, skin, capsys, tmp_path):
     assert (replayed["complete"], replayed["identical"], replayed["measured"]) == (True, None, readings)
 
 
+@pytest.mark.parametrize(("columns", "warned"), [(44, True), (45, False)])
+def test_readings_of_fewer_than_three_quarters_of_the_taxels_are_questioned(columns, warned, skin, tmp_path, capsys):
+    path = tmp_path / "other.csv"
+    path.write_text(f"time,{','.join(map(str, range(columns)))}\n0{',20' * columns}\n0.1{',20' * columns}\n")
+    assert main(["listen", str(path), "--skin", skin]) == 0
+    words = f"only {columns} of the skin's 60 taxels; they may be of another skin. Name the skin or taxel file"
+    assert (words in capsys.readouterr().err) is warned
+
+
 def test_two_touches_of_a_skin_with_very_different_noise_are_two_contacts_after_a_tare_of_five_readings(
     tmp_path, capsys
 ):
@@ -250,7 +259,7 @@ DRIVER = "FILE --send udp://127.0.0.1:9"
         ("FILE --weight-seconds 1", 2, "--weight-seconds: this option has no effect without --weight"),
         ("FILE --weight-seconds 100 --weight 1", 2, "--weight-seconds: the time is out of range"),
         ("FILE --weight 2000", 2, "--weight: the weight is out of range"),
-        ("FILE --tare 0", 2, "--tare: the number of readings is out of range"),
+        ("FILE --tare 4", 2, "--tare: the number of readings is out of range (found: 4). Choose 5 to 100000"),
         ("FILE -o ''", 2, "argument -o/--output: the name of the file is empty"),
         *((f"FILE --threshold={value}", 2, "--threshold") for value in ("0", "-1", "nan", "2e8", "high")),
     ],

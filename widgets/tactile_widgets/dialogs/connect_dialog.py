@@ -20,6 +20,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from tactile_maps.live.channels.tare import LEAST_TARE
 from tactile_maps.live.sources.open import DEFAULT_PORT, SourceOptions
 from tactile_widgets.common.number_field import guard_wheel
 from tactile_widgets.common.sentence import as_sentence
@@ -35,6 +36,8 @@ KINDS = {
     "File": "",
 }
 """Kinds of sources with their initial addresses."""
+_NO_TARE = LEAST_TARE - 1
+"""Value of the field of the tare that stands for none; larger ones are numbers of readings."""
 _FILTER = "Readings (*.csv *.txt *.parquet *.mcap *.db3)"
 
 
@@ -75,7 +78,7 @@ class ConnectDialog(QDialog):
         self.calibration.setPlaceholderText("None")
         form.addRow("Calibration", row)
         self.tare = QSpinBox(self)
-        self.tare.setRange(0, 10_000)
+        self.tare.setRange(_NO_TARE, 10_000)
         self.tare.setSpecialValueText("None")
         self.tare.setSuffix(" readings")
         self.tare.setToolTip("Number of readings at the start that are used as those of the untouched skin")
@@ -115,7 +118,7 @@ class ConnectDialog(QDialog):
             options,
             _path(self.ids),
             _path(self.calibration),
-            self.tare.value() or None,
+            None if self.tare.value() == _NO_TARE else self.tare.value(),
             inverted=self.inverted.isChecked(),
         )
 

@@ -20,6 +20,7 @@ from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.core.errors import LiveError, UsageError
 from tactile_maps.live.calibration.calibration import ValueMode, check_mass, load_calibration, save_calibration
 from tactile_maps.live.channels.matching import load_matching
+from tactile_maps.live.channels.tare import check_tare
 from tactile_maps.live.frame_recording import FrameRecording
 from tactile_maps.live.motion.command_latency import LatencyFigures, latency_text
 from tactile_maps.live.motion.command_loop import CommandLoop
@@ -34,7 +35,7 @@ from tactile_maps.live.motion.motion_output import MotionOutput
 from tactile_maps.live.motion.motion_sender import DEADLINE, MotionLimits, SendingState, StopReason
 from tactile_maps.live.prepare import prepare_measured
 from tactile_maps.live.session.connection import Connection, ConnectionState, ConnectionStatus, refused_text
-from tactile_maps.live.session.facts import MeasuredFacts, silent_text, swapped_texts
+from tactile_maps.live.session.facts import MeasuredFacts, few_heard, silent_text, swapped_texts
 from tactile_maps.live.session.measured_session import MeasuredSession
 from tactile_maps.live.sources.open import is_live
 from tactile_maps.recording.recorder import Recorder
@@ -163,6 +164,7 @@ def _session(arguments: argparse.Namespace, connection: Connection, prepared: Pr
         session.readings.request_mode(ValueMode(arguments.mode))
     if arguments.tare is not None:
         with blaming("--tare"):
+            check_tare(arguments.tare)
             session.tare(arguments.tare)
     if arguments.weight is not None:
         with blaming("--weight-seconds"):
@@ -412,6 +414,8 @@ def _warnings(session: MeasuredSession, facts: MeasuredFacts, status: Connection
         yield f"{facts.mistimed} readings have inconsistent times; their times of arrival were used"
     if facts.unknown:
         yield f"{facts.unknown_values} values of taxels that the skin does not have: {_named(list(facts.unknown))}"
+    if few := few_heard(facts, len(session.prepared.skin)):
+        yield f"{few}; they may be of another skin. Name the skin or taxel file that belongs to them with --skin"
     if facts.ambiguous:
         which = f"{_named(list(facts.ambiguous))}; name them link:id, or use --ids"
         yield f"{facts.ambiguous_values} values of ids that several taxels have: {which}"

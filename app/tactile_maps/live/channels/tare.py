@@ -28,6 +28,9 @@ from tactile_maps.skin.model.skin import Skin
 
 MOST_KEPT = 200
 """Maximum number of readings of a tare that are kept to estimate the shape of the noise."""
+LEAST_TARE = 5
+"""Least number of readings of a tare that a user may choose: the noise of fewer is unknown."""
+_MOST_TARE = 100_000
 _MOST_BLOCKS = 12
 """Maximum number of blocks of consecutive readings that are added up separately."""
 _ROUNDS = 3
@@ -81,6 +84,13 @@ class TareBlocks(NamedTuple):
         return TareBlocks(self.counts * kept, self.sums * kept, self.squares * kept)
 
 
+def check_tare(frames: int, *, least: int = LEAST_TARE) -> None:
+    """Raise LiveError for an invalid number of readings of a tare."""
+    if not least <= frames <= _MOST_TARE:
+        remedy = f"Choose {least} to {_MOST_TARE}"
+        raise LiveError("the number of readings is out of range", value=frames, remedy=remedy)
+
+
 class Tare:
     """Running statistics of readings of an untouched skin. Mutable.
 
@@ -90,8 +100,7 @@ class Tare:
     """
 
     def __init__(self, taxels: int, frames: int) -> None:
-        if not 1 <= frames <= 100_000:
-            raise LiveError("the number of readings is out of range", value=frames, remedy="Choose 1 to 100000")
+        check_tare(frames, least=1)
         self._added = 0
         self._frames = frames
         self._block_length = -(-frames // _MOST_BLOCKS)

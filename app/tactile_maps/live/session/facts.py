@@ -80,6 +80,16 @@ class MeasuredFacts:
     wrong_channel_values: int
 
 
+_FEW = 0.75
+"""Share of the skin's taxels below which readings are probably of another skin; single channels may be dead."""
+
+
+def few_heard(facts: MeasuredFacts, taxels: int) -> str | None:
+    """Return in words that a large share of the skin's ``taxels`` sent no value; None if most did."""
+    heard = taxels - facts.unheard
+    return f"the readings have values of only {heard} of the skin's {taxels} taxels" if heard < _FEW * taxels else None
+
+
 def taxel_names(skin: Skin, taxels: IntArray) -> tuple[str, ...]:
     """Return the names of taxels (k,) of a skin, in their order."""
     return tuple(str(skin.taxel_name(taxel)) or f"taxel {taxel}" for taxel in taxels.tolist())

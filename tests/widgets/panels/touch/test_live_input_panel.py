@@ -225,7 +225,9 @@ def test_counts_are_never_called_pressure_or_force(window, tmp_path):
 
 
 def test_pressure_without_a_calibration_is_rejected_in_place_and_tare_is_offered(window, tmp_path):
-    panel = connected(window, tmp_path)
+    panel = opened(window, tmp_path, [(number, 20) for number in range(90)])
+    run_readings(window, 20)
+    panel.refresh()
     modes = panel.findChild(QComboBox, "live-mode")
     modes.activated.emit(2)
     assert "cannot be shown as pressure" in notes_of(panel)
@@ -337,4 +339,60 @@ def test_readings_of_a_file_that_wait_are_counted(window, tmp_path):
         run(window, 0.05)
     panel.refresh()
     assert (text(panel, "state"), text(panel, "counts")) == ("Ended", "4")
+    window.live.connection.close()
+
+
+def test_source_that_ends_before_the_tare_says_so(window, tmp_path):
+    panel = connected(window, tmp_path, (20,), tare=5)
+    button = panel.findChild(QPushButton, "live-tare")
+    assert (button.text(), button.isEnabled()) == ("Tare", False)
+    assert text(panel, "baseline") == "Not tared: the source ended after 1 reading."
+    window.live.connection.close()
+
+
+def test_skin_without_a_value_is_not_said_to_work(window, tmp_path):
+    panel = opened(window, tmp_path, [(0, 20)])
+    panel.refresh()
+    button = panel.findChild(QPushButton, "live-channels")
+    assert (text(panel, "taxels"), button.text()) == ("0 of 150", "None heard")
+    window.live.connection.close()
+
+
+@pytest.mark.parametrize(("columns", "noted"), [(112, True), (113, False)])
+def test_readings_of_fewer_than_three_quarters_of_the_taxels_are_questioned(window, tmp_path, columns, noted):
+    assert len(window.live.prepared.skin) == 150
+    path = tmp_path / "other.csv"
+    rows = [f"{0.01 * number}{',20' * columns}" for number in range(25)]
+    path.write_text("\n".join([f"time,{','.join(map(str, range(columns)))}", *rows]) + "\n")
+    window.live.connection.open(LiveInputSettings(str(path), SourceOptions(speed=None)))
+    panel = window.column.get(LiveInputPanel)
+    for _ in range(19):
+        run(window, 0.05)
+    panel.refresh()
+    assert "without a value" not in notes_of(panel)
+    run(window, 0.05)
+    panel.refresh()
+    words = f"Taxels without a value: The readings have values of only {columns} of the skin's 150 taxels. They may be"
+    assert (words in notes_of(panel)) is noted
+    assert panel.findChild(QPushButton, "live-channels").text() == f"{150 - columns} not heard"
+    window.live.connection.close()
+
+
+def test_troubles_are_counted_in_two_lines_with_singular_and_plural(window, tmp_path):
+    """Two restarts of the sender's count, of which the second one repeats a packet."""
+    panel = connected(window, tmp_path, (20,) * 5)
+    assert text(panel, "trouble") == "None"
+    window.live.connection.close()
+    numbers = [5000, 5001, 5002, 10, 11, 12, 12]
+    path = tmp_path / "restarted.csv"
+    taxels = len(window.live.prepared.skin)
+    rows = [f"{0.01 * place},{number}{',20' * taxels}" for place, number in enumerate(numbers)]
+    path.write_text("\n".join([f"time,sequence,{','.join(map(str, range(taxels)))}", *rows]) + "\n")
+    window.live.connection.open(LiveInputSettings(str(path), SourceOptions(speed=None)))
+    run(window, 2.0)
+    panel.refresh()
+    label = panel.findChild(QLabel, "live-trouble")
+    assert re.fullmatch(r"(1 \w+, )?1 restart", label.text())
+    assert label.wordWrap()
+    assert label.height() >= 2 * label.fontMetrics().lineSpacing()
     window.live.connection.close()

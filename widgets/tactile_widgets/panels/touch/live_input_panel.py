@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QComboBox, QPushButton, QWidget
+from PySide6.QtWidgets import QComboBox, QLabel, QPushButton, QWidget
 
 from tactile_maps.contacts.pipeline import ReadingSettings
 from tactile_maps.live.calibration.calibration import ValueMode
 from tactile_maps.live.session.connection import ConnectionState, ConnectionStatus, refused_text
-from tactile_maps.live.session.facts import MeasuredFacts
+from tactile_maps.live.session.facts import MeasuredFacts, few_heard
 from tactile_widgets.common.colours import Theme
 from tactile_widgets.common.make import ElidedLabel, add_fact, caption_label, make, push_button, row_layout
 from tactile_widgets.common.note_list import Note, NoteList
@@ -23,6 +23,9 @@ from tactile_widgets.session.live_input import LiveInput
 
 _REFRESH_MS = 250
 _NAMED = 6
+_JUDGED_READINGS = 20
+"""Number of readings from which on taxels without a value are reported: packets may contain parts of the skin."""
+_TROUBLE_LINES = 2
 _MODES = {ValueMode.RAW: "Raw", ValueMode.BASELINE: "Above the baseline", ValueMode.PRESSURE: "Pressure (kPa)"}
 _ROWS = {
     "state": ("State", "State of the connection; a source that breaks is opened again automatically"),
@@ -82,7 +85,11 @@ class LiveInputPanel(ConnectedPanel):
         self.column.addLayout(row_layout(self._tare, weight, leave))
         grid = self.grid()
         grid.setColumnStretch(1, 1)
-        self._values = {key: ElidedLabel(f"live-{key}", self) for key in _ROWS}
+        trouble = make(QLabel, self, objectName="live-trouble", wordWrap=True)
+        self._values: dict[str, QLabel] = {
+            key: trouble if key == "trouble" else ElidedLabel(f"live-{key}", self) for key in _ROWS
+        }
+        trouble.setFixedHeight(_TROUBLE_LINES * trouble.fontMetrics().lineSpacing())
         for number, (key, (text, tip)) in enumerate(_ROWS.items()):
             self._values[key].setAlignment(Qt.AlignmentFlag.AlignRight)
             add_fact(grid, number, text, tip, self._values[key])
@@ -139,14 +146,13 @@ class LiveInputPanel(ConnectedPanel):
         if self.distribution.isVisible():
             self.distribution.show_levels(*self._input.levels())
         self._mode.setCurrentIndex(list(_MODES).index(facts.mode))
-        self._show_baseline(facts)
+        self._show_baseline(facts, over=status.state in (ConnectionState.ENDED, ConnectionState.FAILED))
         self._inverted.setChecked(facts.inverted)
         self._inverted.setText("Yes" if facts.inverted else "No")
         _request(self._inverted, requested=facts.falling)
         swapped = self._input.swapped(facts)
-        counts = {"send nothing": len(silent), "swapped pairs": len(facts.swapped)}
-        self._channels.setText(", ".join(f"{count} {words}" for words, count in counts.items() if count) or "All work")
-        notes = _notes(status, facts)
+        self._channels.setText(_channels_text(facts, len(silent), len(self._input.origin.skin)))
+        notes = _notes(status, facts, len(self._input.origin.skin))
         if self._error:
             notes.insert(0, Note("Not possible", as_sentence(self._error), fault=True))
         if self._channels.isChecked():
@@ -154,13 +160,21 @@ class LiveInputPanel(ConnectedPanel):
         if tuple(notes) != self._notes.notes:  # otherwise the list would scroll back
             self._notes.show_notes(notes)
 
-    def _show_baseline(self, facts: MeasuredFacts) -> None:
-        """Show whether the skin is tared, and draw attention to the button if it has to be."""
+    def _show_baseline(self, facts: MeasuredFacts, *, over: bool) -> None:
+        """Show whether the skin is tared, and draw attention to the button if it has to be.
+
+        Args:
+            facts: Facts about the readings.
+            over: Whether no more readings will arrive.
+        """
         text = _AWAITED if facts.awaits_tare else _TARING if facts.taring else "Tared." if facts.tared else "Not tared."
+        if over and (facts.taring or facts.awaits_tare):
+            text = f"Not tared: the source ended after {facts.readings} reading{'s' * (facts.readings != 1)}."
+        taring = facts.taring and not over
         self._baseline.setText(text)
-        self._tare.setEnabled(not facts.taring)
-        self._tare.setText("Taring…" if facts.taring else "Tare")
-        _request(self._tare, requested=not facts.taring and (facts.awaits_tare or bool(facts.held_in_tare)))
+        self._tare.setEnabled(not (facts.taring or over))
+        self._tare.setText("Taring…" if taring else "Tare")
+        _request(self._tare, requested=self._tare.isEnabled() and (facts.awaits_tare or bool(facts.held_in_tare)))
 
     def _on_tare_clicked(self) -> None:
         self._try(LiveInput.tare)
@@ -230,17 +244,35 @@ def _texts(status: ConnectionStatus, facts: MeasuredFacts, taxels: int) -> dict[
         "delay": "–" if delay is None else f"{1e3 * delay.median:.1f}, {1e3 * delay.p95:.1f}\u202fms",
         "loss": f"{100 * counts.loss:.2g}\u202f%",
         "counts": f"{facts.readings}, {status.waiting} wait" if status.waiting else str(facts.readings),
-        "trouble": ", ".join(f"{number} {name}" for name, number in trouble.items() if number) or "None",
+        "trouble": ", ".join(_counted(number, name) for name, number in trouble.items() if number) or "None",
         "taxels": f"{taxels - facts.unheard} of {taxels}",
     }
 
 
-def _notes(status: ConnectionStatus, facts: MeasuredFacts) -> list[Note]:
+def _counted(number: int, name: str) -> str:
+    """Return a number with the name of its trouble; names of events are nouns in the plural."""
+    return f"{number} {name.removesuffix('s') if number == 1 else name}"
+
+
+def _channels_text(facts: MeasuredFacts, silent: int, taxels: int) -> str:
+    """Return in words how many channels do not work."""
+    if facts.unheard == taxels:
+        return "None heard"
+    counts = {"not heard": facts.unheard, "send nothing": silent, "swapped pairs": len(facts.swapped)}
+    return ", ".join(f"{count} {words}" for words, count in counts.items() if count) or "All work"
+
+
+def _notes(status: ConnectionStatus, facts: MeasuredFacts, taxels: int) -> list[Note]:
     """Return warnings and problems."""
     problems = (status.problem, facts.problem, status.malformed)
     notes = [Note("Problem", as_sentence(text), fault=True) for text in problems if text]
     if status.refused:
         notes.append(Note("Rejected packets of a second sender", refused_text(status.refused)))
+    over = status.state is ConnectionState.ENDED
+    few = few_heard(facts, taxels) if facts.readings >= (1 if over else _JUDGED_READINGS) else None
+    if few:
+        cure = "They may be of another skin: open the skin or taxel file that belongs to them, then connect again."
+        notes.append(Note("Taxels without a value", f"{as_sentence(few)}. {cure}", fault=True))
     if facts.readings and not facts.calibrated:
         notes.append(Note("Not calibrated", "Readings are shown in counts, and no forces are shown."))
     if facts.falling:
