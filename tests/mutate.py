@@ -53,9 +53,13 @@ class Mutation:
         """Return why the mutation cannot be applied; empty if it can."""
         if not (root / self.file).is_file():
             return f"{self.file} does not exist"
-        count = (root / self.file).read_text(encoding="utf8").count(self.old)
-        if count != 1:
-            return f"{self.file} has {self.old!r} {count} times"
+        text = (root / self.file).read_text(encoding="utf8")
+        if text.count(self.old) != 1:
+            return f"{self.file} has {self.old!r} {text.count(self.old)} times"
+        try:
+            compile(text.replace(self.old, self.new), self.file, "exec", dont_inherit=True)
+        except SyntaxError as error:  # any test would detect it
+            return f"{self.file} cannot be compiled: {error.msg}"
         missing = [test for test in self.tests if not (root / test).exists()]
         return f"there is no {', '.join(missing)}" if missing else ""
 

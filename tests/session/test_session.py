@@ -88,7 +88,6 @@ def test_force_error_of_the_first_contact_follows_from_the_effects(effects, fing
     assert (region.force_error == math.inf) == (share == math.inf)
 
 
-@pytest.mark.long
 def test_script_plays_until_the_user_presses_and_all_its_fingers_lift():
     session = Session(prepared_bar(stimuli=(Poke(at=(0.2, 0.25)), Poke(at=(0.8, 0.25), begin=0.0))))
     frame = run(session, 20)[-1]

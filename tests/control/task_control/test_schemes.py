@@ -80,6 +80,18 @@ def test_servo_has_an_integral_for_each_contact_until_it_is_lost():
     assert servo.speeds(1.0) == pytest.approx([0.01]), "it has to reach its goal again"
 
 
+@pytest.mark.parametrize(("held", "stuck"), [(True, frozenset()), (False, frozenset({1}))])
+def test_integral_may_only_unwind_while_a_joint_or_the_contact_does_not_follow(held, stuck):
+    servo = Servo()
+    servo.speeds(-1.0)
+    servo.held = held
+    servo.stuck = stuck
+    servo.speeds(-1.0, 10)
+    assert servo.integral(ONE) == pytest.approx(-TICK)
+    servo.speeds(0.5)
+    assert servo.integral(ONE) == pytest.approx(-0.5 * TICK)
+
+
 def test_saturated_servo_may_unwind_its_integral_but_not_wind_it_up():
     servo = Servo(0.02)
     servo.speeds(-1.0)
