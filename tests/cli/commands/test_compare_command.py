@@ -8,7 +8,9 @@ from functools import cache
 
 import pytest
 
+from tactile_maps.cli.commands.compare import _controller_names
 from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.core.errors import UsageError
 from tactile_maps.recording.recorder import Recorder
 from tactile_maps.session.inputs import ControlChanged
 from tactile_maps.session.session import Session
@@ -129,6 +131,12 @@ def test_printed_table_has_a_row_for_each_controller(capsys, scene):
 def test_bad_usage_lists_the_choices(capsys, words, output):
     assert main(["compare", "slide", *words]) == 2
     assert output in capsys.readouterr().err
+
+
+def test_controllers_may_be_separated_by_spaces_and_end_in_a_comma():
+    assert _controller_names("hybrid, qp, ") == ["hybrid", "qp"]
+    with pytest.raises(UsageError, match="each once"):
+        _controller_names(" , ")
 
 
 def test_unusable_files_end_with_1(capsys, scene, tmp_path):
