@@ -13,6 +13,8 @@ from PySide6.QtWidgets import QApplication, QLabel
 
 from tactile_maps.contacts.detection.contact_shear import ContactShear, Slip
 from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.core.reading_units import ReadingUnits
+from tactile_maps.session.frame import MeasuredValues
 from tactile_widgets.common.colours import DARK, LIGHT
 from tactile_widgets.plots.choice.plot_choice import OF_SHEAR
 from tactile_widgets.plots.live_plots import MAX_REST_MS, REDRAW_MS, REST, LivePlots
@@ -116,6 +118,22 @@ def test_units_and_goal_are_displayed(plots):
     assert "goal 3.0" in words(plots)
     plots.show_settings(ControlSettings())
     assert "goal" not in words(plots)
+
+
+def test_goal_in_newtons_is_not_drawn_among_readings_in_counts(plots, prepared, qtbot):
+    plots.show()
+    qtbot.waitExposed(plots)
+    plots.show_settings(ControlSettings(controller="hold_force", force_goal=3.0))
+    frame = touched(prepared.map, [3])
+    counts = MeasuredValues(frame.pressures, "counts", 0.0, 0, ReadingUnits.COUNTS)
+    plots.show_frame(replace(frame, measured=counts))
+    plots._force.draw()
+    assert "Contact strength" in words(plots)
+    assert "goal" not in words(plots)
+    assert [series.name for series in plots._force.series()][:2] == ["all contacts", "contact 0"]
+    plots.show_frame(frame)
+    assert "goal 3.0" in words(plots)
+    assert "goal" in [series.name for series in plots._force.series()]
 
 
 def test_clear_discards_samples(plots, prepared, qtbot):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -17,7 +18,7 @@ from tactile_widgets.common.tool_kinds import SelectionMode
 from tactile_widgets.document.taxel_selection import TAXEL_COLOURS, SelectionUpdate, TaxelSelection, region_colour
 from tactile_widgets.panels.touch.contacts_panel import ContactsPanel
 from tactile_widgets.plots.live_plots import LivePlots
-from tactile_widgets.plots.traces.trace_plots import TracePlot
+from tactile_widgets.plots.traces.trace_plots import TracePlot, legend_entry
 from tests.widgets.support.samples import touched
 
 NEAR = 10
@@ -272,3 +273,26 @@ def test_numbers_and_now_are_shown_whole_in_a_narrow_plot(qtbot, height, highest
         painter.end()
         assert texts <= {text for *_, text in labels}
         assert all(box.right() <= axis.size().width() for box, *_ in labels)
+
+
+@pytest.mark.parametrize("entries", [4, 9])
+def test_labels_of_both_ends_stay_under_a_heading_of_several_lines(qtbot, entries):
+    plot = TracePlot("Contact strength", 1.0, None)
+    qtbot.addWidget(plot)
+    plot.resize(200, 118)
+    plot.update_style(DARK)
+    plot.reach(130.0)
+    plot.show()
+    qtbot.waitExposed(plot)
+    legend = "".join(legend_entry("●", "#ff0000", f"upper_arm_{number}") for number in range(entries))
+    before = plot.plot.height()
+    plot.update_style(DARK, after_title=legend)
+    QApplication.processEvents()
+    assert plot.plot.height() < before
+    picture = QPicture()
+    painter = QPainter(picture)
+    *_, labels = plot.plot.getAxis("left").generateDrawSpecs(painter)
+    painter.end()
+    assert {"0", "200"} <= {text for *_, text in labels}
+    boxes = [box for box, *_ in labels]
+    assert not any(one.intersects(other) for one, other in itertools.combinations(boxes, 2))

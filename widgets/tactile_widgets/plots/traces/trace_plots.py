@@ -14,7 +14,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QColor, QFontMetricsF, QResizeEvent
+from PySide6.QtGui import QColor, QFontMetricsF
 from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
 
 from tactile_maps.contacts.detection.regions import ContactRegion
@@ -44,6 +44,8 @@ _ALL_TICKS_PX = 90
 """Height of a plot below which its left axis has fewer ticks [px]."""
 _ALL_TICKS_RANGE = 0.05
 """Range of the left axis below which it has fewer ticks: more would need numbers of three decimals."""
+_LABELS_FOR_THREE = 2.3
+"""Height of a left axis with three ticks, as a multiple of that of their labels."""
 _LEFT_WIDTH = 34
 _LEFT_MARGIN = 10
 """Width of the left axis, and of its tick and margins next to a number [px]."""
@@ -113,6 +115,7 @@ class TracePlot(QWidget):
         layout.addWidget(self.plot, 1)
         self._set_up_axes()
         self.reach(0.0)
+        self.plot.getViewBox().sigResized.connect(self._show_ticks)  # also if the heading gets another line
 
     def _set_up_axes(self) -> None:
         self.plot.setXRange(AXIS_START, AXIS_END, padding=0)
@@ -124,19 +127,17 @@ class TracePlot(QWidget):
         left.setStyle(tickLength=3)
         left.setWidth(_LEFT_WIDTH)
 
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        super().resizeEvent(event)
-        self._show_ticks()
-
     def _show_ticks(self) -> None:
-        """Draw three ticks only in a low plot or a small range, where the labels of more would not fit."""
+        """Draw three ticks only in a low plot or a small range, where the labels of more would not fit, or two."""
         left = self.plot.getAxis("left")
         bottom, top = ends = self._ends if any(self._ends) else (0.0, self._top)
         if self.plot.height() >= _ALL_TICKS_PX and top - bottom >= _ALL_TICKS_RANGE:
             left.setTicks(None)
             left.setWidth(_LEFT_WIDTH)
             return
-        ticks = [(value, f"{value:.6g}") for value in (*ends, sum(ends) / 2)]
+        room = self.plot.getViewBox().height() / QFontMetricsF(self.plot.small).height()
+        values = ends if room < _LABELS_FOR_THREE else (*ends, sum(ends) / 2)
+        ticks = [(value, f"{value:.6g}") for value in values]
         widest = max(QFontMetricsF(self.plot.small).horizontalAdvance(text) for _, text in ticks)
         left.setTicks([ticks])
         left.setWidth(max(_LEFT_WIDTH, ceil(widest) + _LEFT_MARGIN))
@@ -285,6 +286,7 @@ class ForceTraces:
         """Store the forces and the task's goal at ``time`` [s]; return ids of regions whose last sample was dropped."""
         before = self._regions.names
         goal = self._goal_force if goal is None else goal
+        goal = None if self._units.force is None else goal  # newtons have no place among relative strengths
         total = {"force": sum(region.force for region in regions), "goal": np.nan if goal is None else goal}
         self._total.add(time, total)
         kept = regions[:MAX_REGIONS]
@@ -337,7 +339,7 @@ class ForceTraces:
 
     def _update_legend(self) -> None:
         legend = ""
-        if self._goal_force is not None:
+        if self._goal_force is not None and self._units.force is not None:
             legend += legend_entry("– –", self._theme.intent, f"goal {self._goal_force:.1f}")
         if self._living:
             legend += legend_entry("—", self._theme.text, "all")
