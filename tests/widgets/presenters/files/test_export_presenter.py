@@ -72,7 +72,6 @@ def test_failed_export_shows_a_message(window, qtbot, tmp_path):
     assert "not a recording" in window.notification_bar.text
 
 
-@pytest.mark.long
 def test_sharing_reports_its_local_address_and_stops(window, qtbot):
     action = window.action("share_live")
     assert action.isEnabled()
