@@ -129,13 +129,13 @@ def _least_hiding(
     """Return the first place that hides nothing, or else the one that hides least skin.
 
     Places above a patch belong to it. Others must be nearer to it than to any other patch, or the name would be taken
-    for that one's. Places next to the scale bar, below ``readout``, come last, because the readout hides them while
+    for that one's. Places next to the scale bar, below ``readout``, are not used, because the readout hides them while
     it is shown.
     """
     above = [usual, *_above(own.bounds, usual.size())]
     around = [*_around(own.bounds, usual.size())]
     places = [place for place in (*above, *around) if room.contains(place) and not any(map(place.intersects, taken))]
-    places.sort(key=lambda place: place.bottom() > readout)
+    places = [place for place in places if place is usual or place.bottom() <= readout]
     free = (place for place in places if not any(_hits(place, skin)))
     fit = (place for place in free if place in above or _belongs(place, own, skin))
     return next(fit, None) or min(
@@ -155,16 +155,12 @@ def _around(box: QRectF, size: QSizeF) -> Iterator[QRectF]:
     """Yield places in the corners of the box of a patch, which the patch may leave free, and next to it."""
     width = size.width()
     height = size.height()
-    above = box.top() - height - _GAP
     for down, left in product((0.0, 0.5 * height, height), (box.left(), box.right() - width)):
         yield QRectF(QPointF(left, box.top() + down), size)
     for share in (0.5, 0.25, 0.75, 0.0, 1.0):
         yield QRectF(QPointF(box.left() + share * (box.width() - width), box.bottom() + _GAP), size)
-    for down, left in product((0.5, 0.25, 0.75, 0.0, 1.0), (box.left() - width - _GAP, box.right() + _GAP)):
+    for down, left in product((0.5, 0.25, 0.75), (box.left() - width - _GAP, box.right() + _GAP)):
         yield QRectF(QPointF(left, box.top() + down * (box.height() - height)), size)
-    for out, down in product((0.25, 0.5, 0.75), (0.0, 0.5 * height, height)):
-        for left in (box.left() - out * width, box.right() - (1 - out) * width):
-            yield QRectF(QPointF(left, above + down), size)
 
 
 def _belongs(place: QRectF, own: _Area, skin: Sequence[_Area]) -> bool:
