@@ -48,6 +48,16 @@ def test_token_is_made_and_copied(window):
     dialog.reject()
 
 
+@pytest.mark.parametrize(("entered", "shown", "tare"), [(1, "None", None), (5, "5 readings", 5)])
+def test_tare_at_the_start_has_at_least_five_readings(window, entered, shown, tare):
+    window.action("connect").trigger()
+    dialog = window.presenters.live_input.dialog
+    dialog.tare.setValue(entered)
+    assert (dialog.tare.text(), dialog.settings.tare) == (shown, tare)
+    dialog.tare.setValue(dialog.tare.minimum())
+    dialog.reject()
+
+
 def test_invalid_source_is_reported_in_the_dialog(window, tmp_path):
     window.action("connect").trigger()
     dialog = window.presenters.live_input.dialog
