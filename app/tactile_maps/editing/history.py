@@ -68,6 +68,10 @@ class History:
         """Whether ``redo`` would change anything."""
         return not self.gesture and self.position < len(self._steps) - 1
 
+    def reaches(self, document: MapDocument) -> bool:
+        """Whether ``document`` is that of the current step or of an undone one."""
+        return any(step.document is document for step in self._steps[self.position :])
+
     def do(self, name: str, document: MapDocument) -> None:
         """Add ``document`` as a step and drop undone steps. Does nothing if it is the current document.
 

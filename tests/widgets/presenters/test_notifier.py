@@ -142,7 +142,7 @@ def test_message_is_at_the_lower_right_and_clear_of_the_colour_bar(window, width
 
 
 def test_failed_measurement_keeps_the_progress_of_a_scene(window):
-    window.live.loading.emit("Placing taxels", 0.4)
+    window.live.report_progress("Placing taxels", 0.4)
     window.live.measurements.cost_failed.emit("Measuring ended unexpectedly")
     assert window.notification_bar.text == "Measuring ended unexpectedly"
     assert window.loading_bar.busy
@@ -156,7 +156,7 @@ def test_cancel_ends_only_the_shown_job(window, monkeypatch):
     measurements = window.live.measurements
     monkeypatch.setattr(measurements.cost_executor, "hold", True)
     measurements.weighing_changed.connect(lambda weighing: weighing or ended.append("weighing"))
-    window.live.loading.emit("Placing taxels", 0.4)
+    window.live.report_progress("Placing taxels", 0.4)
     window.live.measurements.weigh(window.live.prepared, window.live.prepared.scene.effects)
     cancel(window)
     assert ended == ["weighing"]

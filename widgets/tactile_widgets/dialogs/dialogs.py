@@ -33,9 +33,8 @@ class _ChosenFile:
 class Dialogs:
     """Dialogs of a window. A file dialog opens in the folder of the last file of its kind.
 
-    A dialog for saving proposes the name that was chosen the last time instead of the same default name. Folder and
-    name of a file to save are stored once the file is written, which may be in the background. The folder of a file
-    to read is stored once the caller reports with ``remember_opened`` that the file could be used.
+    Folder and name of a file to save are stored once the file is written, which may be in the background. The folder
+    of a file to read is stored once the caller reports with ``remember_opened`` that the file could be used.
 
     Args:
         parent: The window.
@@ -79,13 +78,19 @@ class Dialogs:
             if path is not None and (chosen := self._opening.pop(_key(path), None)) is not None:
                 self._settings.set_folder(*chosen)
 
-    def save_file(self, title: str, name: str, kinds: str, *, over: QWidget | None = None) -> str:
+    def save_file(
+        self, title: str, name: str, kinds: str, *, over: QWidget | None = None, remembers: bool = True
+    ) -> str:
         """Ask for a file to write, by default called ``name``; return an empty text if none is chosen.
+
+        With ``remembers``, the name that was chosen the last time instead of the same default name is proposed.
 
         A name without an extension gets that of ``name``. If the completed file exists, the dialog opens again
         with it, as Qt asked about the typed name only.
         """
-        start = str(Path(self._folder(title, kinds)) / (self._settings.name_for(title, name) or name))
+        folder = self._folder(title, kinds)  # which stores the last name
+        last = self._settings.name_for(title, name) if remembers else ""
+        start = str(Path(folder) / (last or name))
         ending = Path(name).suffix
         while True:
             path = FileDialog.save_file(over or self._parent, title, start, kinds)

@@ -27,6 +27,8 @@ class SkinSteps(QObject):
     """The steps that can be undone or redone changed."""
     scene_requested = Signal(Scene)
     """Open this scene."""
+    cancel_requested = Signal(str)
+    """Stop opening a scene, because of an undo or another step; the name of the step that it is for, or empty."""
 
     def __init__(self, editor: MapEditor | None = None, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -34,17 +36,43 @@ class SkinSteps(QObject):
         self._scenes: list[Scene] = []
         self._names: list[str] = []  # of the steps between two scenes
         self._documents: list[MapDocument | None] = []  # at the time of the next step
-        self._at = 0
+        self._at = 0  # the scene that is shown
+        self._requested = 0  # the scene that is shown once it is open
+        self._from_start = False
+
+    @property
+    def pending(self) -> bool:
+        """Whether the requested scene is not open yet."""
+        return self._requested != self._at
+
+    @property
+    def requested_name(self) -> str:
+        """Name of the step that led to the requested scene."""
+        return ("Open", *self._names)[self._requested]
+
+    @property
+    def from_start(self) -> bool:
+        """Whether the map of the requested scene is shown without the edits that were made of it then."""
+        return self._from_start
 
     @property
     def can_undo(self) -> bool:
-        """Whether there is a step to undo."""
-        return self._at > 0
+        """Whether there is a step to undo, or one whose scene is being opened."""
+        return self.pending or self._at > 0
 
     @property
     def can_redo(self) -> bool:
-        """Whether a step was undone, without map edits since."""
-        return self._at < len(self._scenes) - 1 and self._documents[self._at] is self._document
+        """Whether a step was undone, without map edits since; undone edits of the map before it are redone first."""
+        return not self.pending and self._follows
+
+    @property
+    def _follows(self) -> bool:
+        """Whether the step after the scene that is shown follows from the map as it is."""
+        if self._at >= len(self._scenes) - 1:
+            return False
+        history = None if self._editor is None else self._editor.history
+        document = self._documents[self._at]
+        return history is None or (document is not None and history.reaches(document))
 
     @property
     def _document(self) -> MapDocument | None:
@@ -53,7 +81,7 @@ class SkinSteps(QObject):
     @property
     def undo_name(self) -> str:
         """Name of the step that ``undo`` reverts; empty if there is none."""
-        return self._names[self._at - 1] if self.can_undo else ""
+        return self._names[max(self._at, self._requested) - 1] if self.can_undo else ""
 
     @property
     def redo_name(self) -> str:
@@ -62,12 +90,12 @@ class SkinSteps(QObject):
 
     def push(self, name: str, before: Scene, after: Scene) -> None:
         """Add the step ``name`` from scene ``before`` to scene ``after`` and request to open ``after``."""
+        self._cancel()
         kept = self._scenes[: self._at + 1] if self._scenes else [before]
         self._names = [*self._names[: self._at], name]
         self._documents = [*self._documents[: self._at], self._document]
         self._scenes = [*kept, after]
-        self._at = len(kept)
-        self._show()
+        self._request(len(kept), from_start=True)
 
     @property
     def names_before(self) -> tuple[str, ...]:
@@ -76,13 +104,16 @@ class SkinSteps(QObject):
 
     @property
     def names_after(self) -> tuple[str, ...]:
-        """Names of the steps that can be redone."""
-        return tuple(self._names[self._at :]) if self.can_redo else ()
+        """Names of the steps that can be redone, or that are being made."""
+        return tuple(self._names[self._at :]) if self._follows else ()
 
     def undo(self) -> None:
-        """Undo the last step."""
-        if self.can_undo:
-            self.go(-1)
+        """Cancel a step whose scene is being opened; else undo the last step, which returns to the last edit before."""
+        if self.pending:
+            self._cancel()
+        elif self.can_undo:
+            self._cancel()
+            self._request(self._at - 1, from_start=False)
 
     def redo(self) -> None:
         """Redo the last undone step."""
@@ -90,9 +121,15 @@ class SkinSteps(QObject):
             self.go(1)
 
     def go(self, steps: int) -> None:
-        """Undo as many steps, or redo them if ``steps`` is positive."""
-        self._at += steps
-        self._show()
+        """Undo as many steps, or redo them if ``steps`` is positive, without the edits of the map after them."""
+        if self._at + steps != self._requested:
+            self._cancel()
+            self._request(self._at + steps, from_start=True)
+
+    def note_edits(self) -> None:
+        """Note that the map was edited while the requested scene was being opened, before that is shown."""
+        if self._requested > self._at:
+            self._documents[self._at] = self._document
 
     def show_scene(self, scene: Scene) -> None:
         """Find the opened scene among the steps; another scene discards them."""
@@ -101,11 +138,18 @@ class SkinSteps(QObject):
             self._scenes = []
             self._names = []
             self._documents = []
-            self._at = 0
-        else:
-            self._at = at  # the requested scene may have failed to open
+        self._at = at or 0
+        self._requested = self._at  # which may have failed to open
         self.changed.emit()
 
-    def _show(self) -> None:
+    def _cancel(self) -> None:
+        name = self.undo_name if self.pending else ""
+        self._requested = self._at
+        self.cancel_requested.emit(name)
         self.changed.emit()
-        self.scene_requested.emit(self._scenes[self._at])
+
+    def _request(self, number: int, *, from_start: bool) -> None:
+        self._requested = number
+        self._from_start = from_start
+        self.changed.emit()
+        self.scene_requested.emit(self._scenes[number])

@@ -8,6 +8,7 @@ from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.presenters.control.comparison_presenter import ComparisonPresenter
 from tactile_widgets.presenters.control.control_presenter import ControlPresenter, ControlToolsPresenter
 from tactile_widgets.presenters.control.posture_presenter import PosturePresenter
+from tactile_widgets.presenters.files.arrival_presenter import ArrivalPresenter
 from tactile_widgets.presenters.files.export_presenter import ExportPresenter
 from tactile_widgets.presenters.files.figure_presenter import FigurePresenter
 from tactile_widgets.presenters.files.file_presenter import FilePresenter
@@ -52,6 +53,7 @@ class Presenters:
         self.scene_file = SceneFilePresenter(context, effects, parent)
         self.map_files = MapFilePresenter(context, self.scene_file, parent)
         self.map_edit = MapEditPresenter(context, tools, self.map_files, parent)
+        self.arrivals = ArrivalPresenter(context, self.map_files, tools, parent)
         self.studies = StudyPresenter(context, parent)
         self.files = FilePresenter(context, effects, self.map_files, self.scene_file, self.studies, tools, parent)
         self.skin = SkinPresenter(context, effects, self.map_files, self.files, tools, parent)
@@ -84,6 +86,7 @@ class Presenters:
     def close(self) -> None:
         """Complete files and end background work."""
         for presenter in (
+            self.arrivals,
             self.export,
             self.map_files,
             self.skin,

@@ -268,7 +268,7 @@ class ConnectionHost(Protocol):
     def run(self) -> SessionRun | None:
         """The running session, or the one paused behind a recording; None before the first."""
 
-    def show_prepared(self, prepared: PreparedScene, settings: RuntimeSettings | None = None) -> None:
+    def show_prepared(self, prepared: PreparedScene, settings: RuntimeSettings | None = None) -> bool:
         """Simulate a scene from its start."""
 
     def run_readings(self, live: LiveInput) -> None:

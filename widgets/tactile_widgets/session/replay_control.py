@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
+from functools import partial
 from typing import Protocol
 
 from PySide6.QtCore import QObject, QTimer, Signal
@@ -11,6 +13,7 @@ from tactile_maps.core.errors import RecordingError, TactileMapsError
 from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.recording.player import RecordingPlayer
 from tactile_maps.recording.verify import Resimulation
+from tactile_maps.scene.scene import Scene
 from tactile_maps.session.frame import Frame
 from tactile_maps.session.prepare import PreparedScene
 from tactile_maps.session.runtime_settings import RuntimeSettings
@@ -39,6 +42,10 @@ class ReplayHost(Protocol):
 
     def report_frame(self, frame: Frame, passed: tuple[Frame, ...] | None) -> None:
         """Report the frame that is shown, and the frames since the previous one; None if it does not follow that."""
+
+    @property
+    def admit(self) -> Callable[[Callable[[], None], Scene | None], None]:
+        """Calls a function that replaces what is shown, at once or later."""
 
     def run_session(self, session: Session) -> None:
         """Run a session instead of the previous one."""
@@ -84,6 +91,11 @@ class ReplayControl(QObject):
     def player(self) -> RecordingPlayer | None:
         """The player of the recording that is shown; None while the running session is shown."""
         return None if self.current is None else self.current.player
+
+    @property
+    def taking_over(self) -> bool:
+        """Whether the recording is simulated up to the frame that is shown."""
+        return self._take_over is not None
 
     def show(self, player: RecordingPlayer) -> None:
         """Replay a recording from its start; the running session is paused."""
@@ -160,6 +172,9 @@ class ReplayControl(QObject):
         self._host.report_failure(text)
 
     def _on_done(self, session: Session, same: bool) -> None:
+        self._host.admit(partial(self._continue, session, same), None)
+
+    def _continue(self, session: Session, same: bool) -> None:
         self._take_over = None
         self._host.end_progress()
         self._host.run_session(session)

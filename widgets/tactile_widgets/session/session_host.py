@@ -5,7 +5,9 @@ Recording, replay, the connection to a real skin and sharing are parts with thei
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QObject, QTimer, Signal
@@ -75,6 +77,9 @@ class SessionHost(QObject):
         connection: Shows readings of a real skin instead of a simulation.
         skin_comparison: Compares these readings with a simulation.
         reference: Compares the running scene with a finer simulation.
+        admit: Called with a function that shows what was opened in the background, and with its scene unless it is a
+            recording or continues one; calls the function at once or later.
+        opening: Whether something is being opened, or waits to be shown.
     """
 
     frame_ready = Signal(object)
@@ -87,6 +92,8 @@ class SessionHost(QObject):
     """Progress of opening a scene or recording: the stage, and the share done, 0 to 1."""
     loading_ended = Signal()
     """Opening has finished, failed or been cancelled."""
+    opening_stopped = Signal()
+    """Opening failed or was cancelled; what was shown before is kept."""
     failed = Signal(str)
     """Message about something that failed, with place and remedy. The previous state is kept."""
     halted = Signal(str)
@@ -110,6 +117,8 @@ class SessionHost(QObject):
         self._speed = 1.0
         self._run: SessionRun | None = None
         self._shown: Frame | None = None
+        self.admit: Callable[[Callable[[], None], Scene | None], None] = lambda show, _scene: show()
+        self.opening = False
         self.recording = RecordingControl(self, backends.recording_writer(), self)
         self.replay = ReplayControl(self, self)
         self.connection = LiveConnection(self, self)
@@ -134,8 +143,8 @@ class SessionHost(QObject):
         self.reference = ReferenceComparison(self._backends, self)
         self.connection.changed.connect(self.skin_comparison.show_input)
         self.scene_jobs.progressed.connect(self.loading)
-        self.scene_jobs.prepared.connect(self.show_prepared)
-        self.scene_jobs.opened.connect(self.show_player)
+        self.scene_jobs.prepared.connect(self._on_prepared)
+        self.scene_jobs.opened.connect(self._on_opened)
         self.scene_jobs.failed.connect(self._on_opening_failed)
         self.measurements.map_failed.connect(self.failed)
         self.measurements.cost_failed.connect(self.failed)
@@ -199,10 +208,12 @@ class SessionHost(QObject):
 
     def report_progress(self, stage: str, fraction: float) -> None:
         """Emit ``loading``."""
+        self.opening = True
         self.loading.emit(stage, fraction)
 
     def end_progress(self) -> None:
         """Emit ``loading_ended``."""
+        self.opening = False
         self.loading_ended.emit()
 
     def report_failure(self, text: str) -> None:
@@ -260,7 +271,7 @@ class SessionHost(QObject):
             scene: The scene.
             file: File that the scene was read from; its references are then checked too, and errors name its line.
         """
-        self.loading.emit(f"Opening {scene.robot}", 0.0)
+        self.report_progress(f"Opening {scene.robot}", 0.0)
         if file is None and self._show_kept(scene):
             return
         self.scene_jobs.prepare(scene if file is None else SceneFile(file, scene.package_roots))
@@ -273,32 +284,48 @@ class SessionHost(QObject):
             return False  # the job reports it
         if kept is not None:
             self.scene_jobs.drop()
-            self.show_prepared(kept)
+            self._show_opened(kept)
         return kept is not None
 
     def open_recording(self, path: str | Path) -> None:
         """Read a recording; the current session continues until it is ready."""
-        self.loading.emit(f"Opening {Path(path).name}", 0.0)
+        self.cancel_loading()
+        self.report_progress(f"Opening {Path(path).name}", 0.0)
         self.scene_jobs.open_recording(Path(path))
 
     def cancel_loading(self) -> None:
         """Stop opening; the current session continues."""
-        self.scene_jobs.cancel()
-        self.replay.cancel_take_over()
-        self.loading_ended.emit()
+        if self.opening:
+            self.scene_jobs.cancel()
+            self.replay.cancel_take_over()
+            self._stop_opening()
+
+    def _stop_opening(self) -> None:
+        self.end_progress()
+        self.opening_stopped.emit()
 
     def _on_opening_failed(self, text: str) -> None:
-        self.loading_ended.emit()
+        self._stop_opening()
         self.failed.emit(text)
 
-    def show_prepared(self, prepared: PreparedScene, settings: RuntimeSettings | None = None) -> None:
-        """Run a prepared scene from its start.
+    def _on_prepared(self, prepared: PreparedScene) -> None:
+        self.admit(partial(self._show_opened, prepared), prepared.scene)
+
+    def _on_opened(self, player: RecordingPlayer) -> None:
+        self.admit(partial(self.show_player, player), None)
+
+    def _show_opened(self, prepared: PreparedScene) -> None:
+        self.end_progress()
+        if not self.show_prepared(prepared):
+            self.opening_stopped.emit()
+
+    def show_prepared(self, prepared: PreparedScene, settings: RuntimeSettings | None = None) -> bool:
+        """Run a prepared scene from its start; return whether it runs.
 
         Args:
             prepared: The scene.
             settings: Initial controller, effects, behaviours, contact detection and map; by default those of the scene.
         """
-        self.loading_ended.emit()
         try:
             start = settings or RuntimeSettings.of_scene(prepared)
             session = Session(
@@ -311,8 +338,9 @@ class SessionHost(QObject):
             )
         except TactileMapsError as error:
             self.failed.emit(str(error))
-            return
+            return False
         self.run_session(session)
+        return True
 
     def run_session(self, session: Session) -> None:
         """Run a session from its start instead of the previous one."""
@@ -340,6 +368,7 @@ class SessionHost(QObject):
 
     def run_readings(self, live: LiveInput) -> None:
         """Show readings of a real skin instead of the previous session."""
+        self.cancel_loading()
         session = live.session
         self._end_run()
         self.connection.input = live
@@ -351,7 +380,7 @@ class SessionHost(QObject):
 
     def show_player(self, player: RecordingPlayer) -> None:
         """Replay a recording; the running session is paused."""
-        self.loading_ended.emit()
+        self.end_progress()
         self.recording.stop()
         self.replay.show(player)
 

@@ -199,7 +199,9 @@ class MapUndo:
     def undo_name(self) -> str:
         """Name of the step that ``undo`` reverts."""
         history = self._editor.history
-        return history.names[history.position] if history is not None and history.position else self._skins.undo_name
+        if history is None or not history.position or self._skins.pending:
+            return self._skins.undo_name
+        return history.names[history.position]
 
     @property
     def redo_name(self) -> str:
@@ -210,10 +212,12 @@ class MapUndo:
         return self._skins.redo_name if self._skins.can_redo else ""
 
     def undo(self) -> None:
-        """Undo the last map edit, or the last change of the skin."""
+        """Undo the last map edit, or the last change of the skin; one that is being made is cancelled first."""
         editor = self._editor
         history = self._editor.history
-        if history is None or history.can_undo or editor.busy or editor.proposal is not None:
+        if self._skins.pending and not editor.gesture:
+            self._skins.undo()
+        elif history is None or history.can_undo or editor.busy or editor.proposal is not None:
             editor.undo()
         else:
             self._skins.undo()

@@ -158,14 +158,15 @@ def test_reset_starts_again_and_ends_the_recording(window, tmp_path):
     assert verify(RecordingPlayer(file)).identical
 
 
-def test_failed_or_cancelled_files_are_not_recent_files(window, tmp_path):
+def test_failed_or_cancelled_files_are_not_recent_files(window, tmp_path, monkeypatch):
     broken = tmp_path / "broken.mcap"
     unwanted = tmp_path / "robot.xml"
     broken.write_bytes(b"?" * 100)
     unwanted.write_text("<mujoco><worldbody/></mujoco>")
     window.presenters.files.open_path(str(broken))
     assert window.notification_bar.text
-    window.presenters.files._opening = str(unwanted)
+    monkeypatch.setattr(window.live.scene_jobs.executor, "hold", True)
+    window.presenters.files.open_path(str(unwanted))
     window.context.notifier.cancelled.emit("scene")
     window.live.show_prepared(window.live.prepared)
     assert {str(broken), str(unwanted)}.isdisjoint(window.settings.recent)

@@ -273,22 +273,31 @@ def test_changes_of_the_skin_are_listed_in_the_history_and_reached_from_it(windo
         ]
 
     def click(row):
-        panel.list.clicked.emit(panel.steps.index(row))
+        QTest.mouseClick(panel.list.viewport(), LEFT, pos=panel.list.visualRect(panel.steps.index(row)).center())
         run(window, 0.02)
         return len(window.live.prepared.scene.grids)
 
-    first = edited(window)
+    opened = window.editor.document
+    edited(window)
     place_grid(window)
-    second = edited(window, 0.2)
+    placed = window.editor.document
+    edited(window, 0.2)
     assert rows() == ["Open, done", "Taxel grid, done", "Rotate, now"]
     assert click(0) == 0
-    assert window.editor.document is first
-    assert rows() == ["Open, done", "Rotate, now", "Taxel grid, undone"]
+    assert window.editor.document is opened
+    assert rows() == ["Open, now", "Rotate, undone", "Taxel grid, undone"]
     assert click(2) == 1
-    assert window.editor.document is second
-    assert click(1) == 1
+    assert window.editor.document is placed, "the edits after the step are undone"
     assert rows() == ["Open, done", "Taxel grid, now", "Rotate, undone"]
     window.action("undo").trigger()
     run(window, 0.02)
+    assert rows() == ["Open, now", "Rotate, undone", "Taxel grid, undone"]
+    for _ in range(2):
+        window.action("redo").trigger()
+    assert window.editor.document is placed
+    for _ in range(2):
+        window.action("undo").trigger()
+    run(window, 0.02)
+    window.action("redo").trigger()
     edited(window, 0.1)
     assert rows() == ["Open, done", "Rotate, done", "Rotate, now"], "the grid cannot be redone any more"

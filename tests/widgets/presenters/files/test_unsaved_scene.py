@@ -5,6 +5,7 @@ from __future__ import annotations
 import pickle
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 
 import pytest
 from PySide6.QtCore import Qt
@@ -78,6 +79,28 @@ def saving(monkeypatch, tmp_path):
 
     monkeypatch.setattr(FileDialog, "save_file", chosen)
     return titles
+
+
+def test_save_dialogs_propose_the_name_of_the_own_document(window, prepared, monkeypatch, tmp_path):
+    proposed = []
+
+    def choose(_parent, _title, name, _kinds):
+        proposed.append(name.rpartition("/")[2])
+        return str(tmp_path / f"mine{Path(name).suffix}")
+
+    monkeypatch.setattr(FileDialog, "save_file", choose)
+    window.action("save_scene").trigger()
+    window.action("save_scene").trigger()
+    window.action("save_map_as").trigger()
+    window.action("save_map_as").trigger()
+    assert proposed == ["arm.toml", "mine.toml", "mine.npz", "mine.npz"]
+    proposed.clear()
+    window.live.show_prepared(pickle.loads(pickle.dumps(prepared)))  # as *File > Scenes* does
+    window.action("save_scene").trigger()
+    assert proposed == ["arm.toml"], "not the file of the document before"
+    window.live.show_prepared(pickle.loads(pickle.dumps(prepared)))
+    window.action("save_map_as").trigger()
+    assert proposed == ["arm.toml", "arm.npz"]
 
 
 def question(window):

@@ -101,17 +101,34 @@ def test_undo_steps_are_scenes():
     shown = []
     steps.scene_requested.connect(shown.append)
     one, two, three = (scene_for(f"{name}.urdf") for name in ("a", "b", "c"))
+    cancelled = []
+    steps.cancel_requested.connect(cancelled.append)
+
+    def opened():
+        steps.show_scene(shown[-1])
+
     steps.push("Taxel grid", one, two)
+    assert (steps.pending, steps.can_redo, steps.undo_name) == (True, False, "Taxel grid")
+    assert (steps.names_before, steps.names_after) == ((), ("Taxel grid",))
+    opened()
     steps.push("Skin", two, three)
-    assert (steps.can_undo, steps.can_redo, steps.undo_name) == (True, False, "Skin")
     steps.undo()
-    steps.undo()
+    assert (cancelled[-1], steps.pending, steps.redo_name) == ("Skin", False, "Skin")
     steps.redo()
-    assert shown == [two, three, two, one, two]
+    steps.go(1)
+    assert shown == [two, three, three], "the step that is being made is not requested again"
+    opened()
+    assert (steps.can_undo, steps.can_redo, steps.undo_name) == (True, False, "Skin")
+    for change in (steps.undo, steps.undo, steps.redo):
+        change()
+        opened()
+    assert shown[3:] == [two, one, two]
     assert (steps.names_before, steps.names_after) == (("Open",), ("Skin",))
     steps.go(1)
+    opened()
     steps.go(-2)
-    assert shown[5:] == [three, one]
+    opened()
+    assert shown[6:] == [three, one]
     assert (steps.names_before, steps.names_after) == ((), ("Taxel grid", "Skin"))
     steps.redo()
     steps.show_scene(one)  # the one requested last did not open

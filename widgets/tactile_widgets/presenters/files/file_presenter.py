@@ -101,6 +101,7 @@ class FilePresenter(Presenter):
         self._studies = studies
         tools.get(GridTool).placed.connect(self._on_grid_placed)
         tools.skin_steps.scene_requested.connect(self._show_skin_scene)
+        tools.skin_steps.cancel_requested.connect(self._on_skin_cancel_requested)
         map_files.skin_restored.connect(self._on_skin_restored)
         context.session.prepared_changed.connect(self._on_prepared_changed)
         context.panels.get(HistoryPanel).follow_skin(tools.skin_steps)
@@ -108,10 +109,7 @@ class FilePresenter(Presenter):
         self._open_again: Callable[[], None] | None = None
         self._opening: str | None = None
         self._imported: str | None = None  # file of the step that is pushed
-        cards = (context.views.robot.card, context.views.map.card)
-        cancelled = (card.cancel_requested for card in cards)
-        for signal in (context.session.failed, context.notifier.cancelled, *cancelled):
-            signal.connect(self._on_opening_ended)
+        context.session.opening_stopped.connect(self._on_opening_stopped)
         context.actions.bind(
             open_robot=partial(self._choose, "Open robot", ROBOT_FILTER),
             open_recording=partial(self._choose, "Open recording", RECORDING_FILTER),
@@ -132,6 +130,7 @@ class FilePresenter(Presenter):
                 return
             match identify(path, expected=OPENED):
                 case FileKind.RECORDING:
+                    self._session.cancel_loading()
                     self._opening = path
                     self._session.open_recording(path)
                 case FileKind.STUDY_TABLE:
@@ -299,16 +298,15 @@ class FilePresenter(Presenter):
             recent: File that the user chose; added to the recent files once the scene is open.
             read: Whether the file was read with all checks just now, so that it is not read again.
         """
-        self._opening = recent
         self._open_again = partial(self.open_scene, scene, file=file, recent=recent, read=read)
-        self._scene_file.expect(file)
-        rooted = with_package_roots(scene, self._context.settings.package_roots)
-        self._map_files.leave(partial(self._session.open_scene, rooted, file=None if read else file))
 
-    def cancel_opening(self) -> None:
-        """Stop opening; the current session continues."""
-        self._session.cancel_loading()
-        self._on_opening_ended()
+        def start() -> None:
+            self._opening = recent
+            self._scene_file.expect(file)
+            rooted = with_package_roots(scene, self._context.settings.package_roots)
+            self._session.open_scene(rooted, file=None if read else file)
+
+        self._map_files.leave(start)
 
     def choose_package_root(self) -> None:
         """Ask for a folder with packages and meshes for robot files; open the last scene again."""
@@ -352,18 +350,25 @@ class FilePresenter(Presenter):
             )
             return
         rooted = with_package_roots(scene, self._context.settings.package_roots)
-        self._map_files.expect_skin(rooted, self._skin_steps.undo_name)
+        self._map_files.expect_skin(rooted, self._skin_steps.requested_name, from_start=self._skin_steps.from_start)
         self._opening = self._imported
         self._imported = None
         kept = self._map_files.kept(rooted)
         if kept is None:
             session.open_scene(rooted)
-        else:
-            session.show_prepared(kept.prepared, kept.settings)
+        elif not session.show_prepared(kept.prepared, kept.settings):
+            self._on_opening_stopped()
+
+    def _on_skin_cancel_requested(self, name: str) -> None:
+        self._session.cancel_loading()
+        if name:
+            self._notifier.status(f"{name}: cancelled")
 
     def _on_prepared_changed(self, prepared: PreparedScene) -> None:
         """Add the opened file to the recent files."""
         session = self._session
+        if session.opening:
+            return  # what is shown was restarted meanwhile
         if session.replay.player is None and session.live_input is None:  # neither hides a scene with its grids
             self._skin_steps.show_scene(prepared.scene)
         if self._opening is not None:
@@ -371,7 +376,7 @@ class FilePresenter(Presenter):
             self._context.dialogs.remember_opened(self._opening)
         self._opening = None
 
-    def _on_opening_ended(self) -> None:
+    def _on_opening_stopped(self) -> None:
         self._opening = None
         self._scene_file.expect(None)
         self._map_files.expect_skin(None)

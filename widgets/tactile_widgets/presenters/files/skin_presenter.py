@@ -92,7 +92,7 @@ class SkinPresenter(Presenter):
     def show_panel(self) -> None:
         """Show the panel; if a robot is being opened with a default skin, stop and let the user choose first."""
         if (plan := self._plan) is not None and self._session.scene_jobs.busy:
-            self._files.cancel_opening()
+            self._session.cancel_loading()
             self._choose_first(plan)
         self.panels_requested.emit()
         self._context.panels.reveal(self._panel)

@@ -55,6 +55,8 @@ from tactile_widgets.presenters.maps.scene_file_presenter import SceneFilePresen
 AUTOSAVE_MS = 20_000
 SENSORS_ENDING = ".xml"
 """Ending of the robot as MJCF with a touch sensor for each taxel."""
+_OF_MAP = ("map", "skin")
+"""Unsaved parts that the document of the map contains."""
 _MAPS = "Tactile maps (*.npz)"
 _OPENED = "Tactile maps (*.npz *.obj *.svg)"
 
@@ -107,12 +109,14 @@ class MapFilePresenter(Presenter):
         self._restoring: Leftover | None = None  # its scene is being opened
         self._next_name = ""
         self._next: Scene | None = None  # the scene that is shown, with another skin
+        self._from_start = False
         self._kept: list[KeptDocument] = []
         self._first: MapDocument | None = None
         self._new_skin = False  # the skin is in no file
         self._scene_in_file: Scene | None = None  # the scene behind a recording that is being taken over
         self._reported_unwritable = False
         self._discarded = False  # the autosave is not needed any more once the document is replaced
+        self._left: tuple[MapDocument | None, RuntimeSettings | None] | None = None  # what the user discarded
         self._writer = ThreadPoolExecutor(max_workers=1, thread_name_prefix="autosave")
         self._writing: Future[bool] | None = None
         self._timer = QTimer(self)
@@ -177,6 +181,7 @@ class MapFilePresenter(Presenter):
             with self._notifier.errors_shown("autosave"):
                 self._file.drop_autosave()
         self._discarded = False
+        self._left = None
         self._new_skin = False
         self._file = None
         self._next = None
@@ -242,7 +247,7 @@ class MapFilePresenter(Presenter):
     def _folder(self) -> Path | None:
         return None if self._claim is None else self._claim.folder
 
-    def expect_skin(self, scene: Scene | None, name: str = "") -> None:
+    def expect_skin(self, scene: Scene | None, name: str = "", *, from_start: bool = False) -> None:
         """Expect a scene with another skin; None where it could not be opened.
 
         The document that is shown is kept for undo and redo.
@@ -250,6 +255,7 @@ class MapFilePresenter(Presenter):
         Args:
             scene: The scene.
             name: Name of the step.
+            from_start: Whether a document of this skin that is kept is shown without its edits, which can be redone.
         """
         run = self._session.run
         history = self._editor.history
@@ -263,6 +269,15 @@ class MapFilePresenter(Presenter):
             self._kept.append(KeptDocument(run.prepared, run.settings, history, file, self._first, self._new_skin))
         self._next = scene
         self._next_name = name
+        self._from_start = from_start
+
+    def keep_settings(self, scene: Scene) -> bool:
+        """Keep the settings made while the expected scene was prepared. Return False for another scene."""
+        run = self._session.run
+        if self._next is None or run is None or not have_same_skin(self._next, scene):
+            return False
+        self._kept[-1] = replace(self._kept[-1], settings=run.settings)
+        return True
 
     def forget_skin(self, scene: Scene) -> None:
         """Forget the document of a scene whose skin is made again."""
@@ -283,6 +298,8 @@ class MapFilePresenter(Presenter):
         if kept is not None and kept.prepared is prepared:
             self._note_path(before.settings.settings, kept.settings.settings)
             self._file = None
+            if self._from_start:
+                kept.history.go(0)
             self._editor.resume(kept.history)
             self._file = kept.file
             self._first = kept.first
@@ -350,6 +367,8 @@ class MapFilePresenter(Presenter):
 
     def ask_take_over(self) -> None:
         """Take over the recording that is shown, after the question about unsaved changes."""
+        if self._session.replay.taking_over:
+            return
         replay = self._session.replay.current
         self.leave(self._take_over, after=None if replay is None else replay.settings)
 
@@ -518,7 +537,12 @@ class MapFilePresenter(Presenter):
 
     def choose_save(self) -> bool:
         """Ask for a file and save the map. Return whether it was saved."""
-        path = self._ask_path("Save map", _MAPS, ".npz")
+        prepared = self._session.prepared
+        if prepared is None:
+            return False
+        own = self.path or self._scene.path
+        name = f"{prepared.robot.name if own is None else own.stem}.npz"
+        path = self._context.dialogs.save_file("Save map", name, _MAPS, remembers=False)
         return bool(path) and self._save(Path(path))
 
     def _save(self, path: Path) -> bool:
@@ -549,7 +573,8 @@ class MapFilePresenter(Presenter):
         """Ask for a file and export the map for other programs."""
         titles = {**TITLES, SENSORS_ENDING: "MuJoCo XML of the robot with a touch sensor a taxel"}
         kinds = ";;".join(f"{titles[ending]} (*{ending})" for ending in (*ENDINGS, SENSORS_ENDING))
-        path = self._ask_path("Export map", kinds, "")
+        prepared = self._session.prepared
+        path = "" if prepared is None else self._context.dialogs.save_file("Export map", prepared.robot.name, kinds)
         if path:
             self.export(path)
 
@@ -566,12 +591,6 @@ class MapFilePresenter(Presenter):
             else:
                 write_map(document.map, path)
             self._notifier.say(f"Exported {path}")
-
-    def _ask_path(self, title: str, kinds: str, ending: str) -> str:
-        prepared = self._session.prepared
-        if prepared is None:
-            return ""
-        return self._context.dialogs.save_file(title, f"{prepared.robot.name}{ending}", kinds)
 
     # Opening.
 
@@ -681,16 +700,52 @@ class MapFilePresenter(Presenter):
         unsaved = self.unsaved
         if after is not None:
             lost = self._scene.lost(after)
-            unsaved = tuple(name for name in unsaved if name in ("map", "skin") or name in lost)
-        self._discarded = not unsaved
-        if self._discarded:
-            then()
+            unsaved = tuple(name for name in unsaved if name in _OF_MAP or name in lost)
+
+        def go(discarding: bool) -> None:
+            self._session.cancel_loading()
+            self._go(then, discarding)
+
+        self._ask(unsaved, go, lambda: None)
+
+    def leave_again(self, then: Callable[[], None], otherwise: Callable[[], None]) -> None:
+        """As ``leave``, but only ask about changes made since the user discarded the others.
+
+        Args:
+            then: Called unless the user cancels.
+            otherwise: Called if the user cancels.
+        """
+        unsaved = self.unsaved
+        if self._left is not None:
+            document, settings = self._left
+            same = document is self._editor.document
+            lost = () if settings is None else self._scene.lost(settings)
+            unsaved = tuple(name for name in unsaved if (not same if name in _OF_MAP else name in lost))
+        self._ask(unsaved, partial(self._go, then), otherwise)
+
+    def stay(self) -> None:
+        """Keep the document: nothing replaces it."""
+        self._discarded = False
+        self._left = None
+
+    def _go(self, then: Callable[[], None], discarding: bool) -> None:
+        self._discarded = True
+        self._left = (self._editor.document, self._scene.made) if discarding else None
+        then()
+
+    def _ask(self, unsaved: tuple[str, ...], go: Callable[[bool], None], otherwise: Callable[[], None]) -> None:
+        """Call ``go`` with whether the user discards unsaved parts, after saving them if not."""
+        if not unsaved:
+            go(False)
             return
 
         def answered(answer: Button) -> None:
-            self._discarded = answer == Button.Discard
-            if self._discarded or (answer == Button.Save and self.save_all()):
-                then()
+            if answer == Button.Discard:
+                go(True)
+            elif answer == Button.Save and self.save_all():
+                go(False)
+            else:
+                otherwise()
 
         buttons = Button.Save | Button.Discard | Button.Cancel
         text = f"These parts have changes that are not saved: {', '.join(unsaved)}."

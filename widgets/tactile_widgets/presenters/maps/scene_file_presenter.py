@@ -79,10 +79,11 @@ class SceneFilePresenter(Presenter):
 
     def begin(self, prepared: PreparedScene) -> None:
         """Begin with another scene, as its file states it."""
-        self.path = self._next
+        self.path = self.expected
         self.proposed = ""
         self.path_removed = False
-        self._next = None
+        if not self._session.opening:
+            self._next = None
         self._in_file = RuntimeSettings.of_scene(prepared)
         self.changed.emit()
 
@@ -92,8 +93,8 @@ class SceneFilePresenter(Presenter):
 
     @property
     def expected(self) -> Path | None:
-        """File of the scene that is being opened; None if it has none."""
-        return self._next
+        """File of the scene that has been opened; None if it has none, or is still being opened."""
+        return None if self._session.opening else self._next
 
     @property
     def unsaved(self) -> tuple[str, ...]:
@@ -109,7 +110,7 @@ class SceneFilePresenter(Presenter):
         return tuple(name for name in self.unsaved if name in differing)
 
     def _differing(self, other: RuntimeSettings | None) -> tuple[str, ...]:
-        made = self._made
+        made = self.made
         if made is None or other is None:
             return ()
         removed = self.path_removed and not made.settings.path
@@ -123,7 +124,7 @@ class SceneFilePresenter(Presenter):
         return tuple(name for name, changed in changes.items() if changed)
 
     @property
-    def _made(self) -> RuntimeSettings | None:
+    def made(self) -> RuntimeSettings | None:
         """The settings that the user made, shown or not; None before the first scene."""
         session = self._session
         if session.live_input is not None:
@@ -134,7 +135,7 @@ class SceneFilePresenter(Presenter):
     def scene(self) -> Scene | None:
         """The scene that runs, with the settings that the user made; None before the first scene."""
         session = self._session
-        made = self._made
+        made = self.made
         if made is None or session.run is None:
             return None
         prepared = session.run.prepared if session.live_input is None else session.live_input.origin
@@ -160,7 +161,7 @@ class SceneFilePresenter(Presenter):
         """Ask for a file, and save the scene that is shown: that of a recording, or the one that runs."""
         recorded = self._session.replay.player is not None
         scene = self._effects.scene if recorded else self.scene
-        path = self._ask_path(scene)
+        path = self._ask_path(scene, "" if recorded else self._own_name)
         return bool(path) and self.save(path)
 
     def save_own(self) -> bool:
@@ -168,7 +169,8 @@ class SceneFilePresenter(Presenter):
 
         Ask for a file if it has none, or one with comments or an order of its own, which would be lost.
         """
-        path = str(self.path) if self.path is not None and _is_written_here(self.path) else self._ask_path(self.scene)
+        written = self.path is not None and _is_written_here(self.path)
+        path = str(self.path) if written else self._ask_path(self.scene, self._own_name)
         return bool(path) and self._write(path, self.scene, own=True)
 
     def save(self, path: str) -> bool:
@@ -177,10 +179,16 @@ class SceneFilePresenter(Presenter):
             return self._write(path, self._effects.scene, own=False)
         return self._write(path, self.scene, own=True)
 
-    def _ask_path(self, scene: Scene | None) -> str:
+    @property
+    def _own_name(self) -> str:
+        """Name proposed for the file of the scene that runs, without ending; empty for that of the scene."""
+        return self.proposed if self.path is None else self.path.stem
+
+    def _ask_path(self, scene: Scene | None, name: str) -> str:
         if scene is None:
             return ""
-        return self._context.dialogs.save_file("Save scene", f"{self.proposed or scene.name}.toml", SCENE_FILTER)
+        default = f"{name or scene.name}.toml"
+        return self._context.dialogs.save_file("Save scene", default, SCENE_FILTER, remembers=False)
 
     def _write(self, path: str, scene: Scene | None, *, own: bool) -> bool:
         if scene is None:
@@ -193,7 +201,7 @@ class SceneFilePresenter(Presenter):
             return False
         self._notifier.say(f"Saved {path}", of="save scene")
         self._context.settings.add_recent(path)
-        made = self._made
+        made = self.made
         if own and made is not None:
             self._in_file = made
             self.path = Path(path)
