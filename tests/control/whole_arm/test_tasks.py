@@ -71,7 +71,7 @@ def test_path_is_followed_where_a_bare_link_also_touches_the_ball(controller):
 
     The parallel and the admittance scheme, which are slower, then let the force on the skin swing between 0.3 and 8 N.
     """
-    course = figure_of_eight(controller, taxel=150)
+    course = figure_of_eight(controller, taxel=150, radius=0.032)
     assert 1.0 < course.bare.max() < 5.0
     if controller in ("parallel", "admittance"):
         assert course.force[STEADY].max() < 8.0
