@@ -27,7 +27,7 @@ def test_sources_are_found():
 
 
 @pytest.mark.long  # tests/run.sh has just run it
-def test_imports_run_one_way():
+def test_imports_between_layers_have_one_direction():
     done = subprocess.run(
         [Path(sys.executable).with_name("lint-imports"), "--no-cache"], cwd=ROOT, capture_output=True, text=True
     )
@@ -60,7 +60,7 @@ def branches(first, second):
     return ".".join(first[: common + 1]), ".".join(second[: common + 1])
 
 
-def test_folders_import_one_way():
+def test_imports_between_folders_have_one_direction():
     """A folder may import its subfolders, not the reverse, and of two sibling folders only one imports the other."""
     graph = grimp.build_graph(*PACKAGES, cache_dir=None)
     packages = {module for module in graph.modules if graph.find_children(module)}
@@ -154,7 +154,7 @@ def test_imported_and_declared_packages_are_the_same():
     assert declared - used == {"qtpy", "icub-models"}
 
 
-def test_frozen_values_are_filled_in_one_way():
+def test_frozen_classes_are_written_only_by_the_array_fields_module():
     """Frozen dataclasses are written only by ``ArrayFields`` and ``set_fields``."""
     around = [
         str(path.relative_to(ROOT)) for path in SOURCES if "object.__setattr__" in path.read_text(encoding="utf8")

@@ -45,17 +45,17 @@ def _run(text: str | None, name: str, names: dict[str, object]) -> int:
     return result.attempted
 
 
-def test_about_thirty_names():
+def test_package_has_about_thirty_public_names():
     assert 25 <= len(PUBLIC) <= 35
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", PUBLIC)
-def test_the_example_of_a_public_name_runs(name, notebook):
+def test_example_of_a_public_name_runs(name, notebook):
     examples = 1 if name == "record" else _run(inspect.getdoc(getattr(tactile_maps, name)), name, dict(notebook))
     assert examples, f"{name} has no example"
 
 
-def test_the_packages_docstring_names_all_of_them():
+def test_package_docstring_lists_all_public_names():
     assert tactile_maps.__doc__
     assert not [name for name in PUBLIC if f"``{name}``" not in tactile_maps.__doc__]

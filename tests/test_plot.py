@@ -31,7 +31,7 @@ def test_bare_map_shows_every_patch_and_taxel():
     assert not ax.images
 
 
-def test_pressures_are_shown_where_the_taxels_are_in_kilopascal():
+def test_pressures_are_shown_at_the_taxels_in_kilopascals():
     ax = draw_map(BAR.map, PRESSURES, ax=axes(), width=256)
     (image,) = ax.images
     assert image.norm.vmax == pytest.approx(1e-3 * PRESSURES.max())
@@ -64,6 +64,6 @@ def test_forces_are_drawn_contact_by_contact():
     np.testing.assert_allclose(line.get_ydata(), [frame.regions[0].force for frame in touched])
 
 
-def test_pressures_of_another_skin_are_refused():
+def test_pressures_of_another_skin_are_rejected():
     with pytest.raises(MapError, match="pressures do not fit this skin"):
         draw_map(BAR.map, np.zeros(3), ax=axes())

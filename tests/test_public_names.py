@@ -27,21 +27,21 @@ def test_every_public_name_is_found():
             assert getattr(package, name) is not None, (stub, name)
 
 
-def test_a_stub_imports_what_it_names_and_nothing_else():
+def test_stub_imports_only_the_names_it_declares():
     for stub in STUBS:
         tree = ast.parse(stub.read_text(encoding="utf8"))
         imported = [alias.name for node in tree.body if isinstance(node, ast.ImportFrom) for alias in node.names]
         assert sorted(imported) == sorted(importlib.import_module(_package(stub)).__all__), stub
 
 
-def test_no_public_name_is_also_that_of_a_module():
+def test_no_public_name_equals_a_module_name():
     """A shared name would be the function or the module, depending on the order of imports."""
     for stub in STUBS:
         modules = {path.stem for path in stub.parent.iterdir()}
         assert not modules.intersection(importlib.import_module(_package(stub)).__all__), stub
 
 
-def test_a_facade_imports_nothing_heavy():
+def test_package_facade_imports_no_heavy_modules():
     packages = [_package(stub) for stub in STUBS]
     code = (
         f"import importlib, sys\nfor name in {packages!r}: importlib.import_module(name)\n"
@@ -56,7 +56,7 @@ ORDER = ("robot", "skin", "map_", "settings", "effects", "options", "spec", "pat
 """Order of arguments: body, map, options, output file; a file to be read comes first."""
 
 
-def test_public_functions_agree_in_the_order_of_their_arguments():
+def test_public_functions_have_consistent_argument_order():
     checked = 0
     for package in map(importlib.import_module, FACADES):
         for name in package.__all__:

@@ -15,7 +15,7 @@ def busy(seconds: float, *, until: Callable[[], object] = lambda: True) -> None:
         pass
 
 
-def test_absence_is_measured_and_its_place_named():
+def test_blocked_event_loop_is_measured_and_located():
     latest = time.perf_counter() + 60
     with Watchdog(0.05, period=0.005) as dog:
         dog.beat()

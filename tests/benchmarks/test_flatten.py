@@ -125,7 +125,7 @@ def test_ours_and_slim_reach_the_same_energy_on_a_small_mesh():
 
 
 @pytest.mark.parametrize(("name", "faces"), [*((name, FACES) for name in MESHES), ("bump", LARGE), ("lumpy", LARGE)])
-def test_flattening_of(request, benchmark, tmp_path, name, faces):
+def test_flattening_of_a_mesh_without_flips_or_overlaps(request, benchmark, tmp_path, name, faces):
     kind, make = MESHES[name]
     disk = disk_of(make(_TRIED if benchmark.disabled else faces))
     runs = [ours(disk)] if benchmark.disabled else compared(disk, tmp_path)

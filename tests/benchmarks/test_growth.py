@@ -95,7 +95,7 @@ STAGES: dict[str, tuple[tuple[int, ...], Callable[[int], Callable[[], object]]]]
 
 
 @pytest.mark.parametrize("stage", STAGES)
-def test_growth(benchmark, stage):
+def test_time_grows_with_size_at_most_as_stated(benchmark, stage):
     sizes, work = STAGES[stage]
     sizes = sizes if benchmark.enabled else sizes[:1]
     seconds = benchmark.pedantic(lambda: [cpu(work(size)) for size in sizes], rounds=3 if benchmark.enabled else 1)

@@ -13,7 +13,7 @@ STEPS = 200
 
 
 @pytest.mark.parametrize("action", ["joint_velocity", "map_target"])
-def test_a_step(benchmark, action):
+def test_learning_step(benchmark, action):
     environment = FollowEnvironment(taxels=1000, action=action)
     rng = np.random.default_rng(0)
 

@@ -68,7 +68,7 @@ class Painted:
 
 @pytest.mark.parametrize(("taxels", "rate"), [(642, 100), pytest.param(5000, 50, marks=LONG)])
 @pytest.mark.parametrize("scheme", ["udp", pytest.param("zmq", marks=LONG)])
-def test_a_reading_sent_until_it_is_painted(benchmark, tmp_path, qapp, scheme, taxels, rate):
+def test_latency_from_sent_reading_to_painted_frame(benchmark, tmp_path, qapp, scheme, taxels, rate):
     scene = load_scene("arm")
     cover = replace(scene.cover, taxels=taxels if benchmark.enabled else NO_TIMES)
     prepared = prepare(replace(scene, cover=cover, stimuli=()))

@@ -100,7 +100,7 @@ def test_map_frame_with_a_task_shown_and_painted(benchmark, view, prepared, pres
     benchmark.pedantic(show, rounds=100, warmup_rounds=5)
 
 
-def test_press_on_the_map_until_its_effect_is_painted(benchmark, view, prepared):
+def test_press_on_the_map_until_painted(benchmark, view, prepared):
     """Measure the press event, the tick that handles it, and the painting of the map with its result."""
     session = Session(prepared)
     painted = []
@@ -130,7 +130,7 @@ def document(prepared):
     return MapDocument.of(prepared.map)
 
 
-def test_map_painted(benchmark, view, prepared, pressed):
+def test_map_repaint(benchmark, view, prepared, pressed):
     benchmark.extra_info["taxels"] = len(prepared.skin)
     view.show_frame(pressed.frame)
 

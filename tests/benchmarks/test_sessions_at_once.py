@@ -28,7 +28,7 @@ def advance(controller: str, taxels: int, seconds: float) -> float:
 
 
 @pytest.mark.parametrize("controller", ["impedance", "hybrid"])
-def test_a_session_without_views(benchmark, controller):
+def test_session_without_views(benchmark, controller):
     """Measure a session with 1,000 taxels, 200 ticks a second and one contact."""
     seconds = SECONDS if benchmark.enabled else 0.1
     wall = benchmark.pedantic(advance, args=(controller, 1_000, seconds), rounds=3 if benchmark.enabled else 1)
@@ -46,7 +46,7 @@ def bare_steps(count: int) -> float:
 
 
 @pytest.mark.long  # 5 s for starting two processes
-def test_two_processes(benchmark):
+def test_sessions_in_two_processes(benchmark):
     """Compare two sessions in parallel with two in sequence, and the same for bare steps as the machine's limit."""
     works = {"sessions": (advance, "hybrid", 1_000, SECONDS if benchmark.enabled else 0.1)}
     works["bare steps"] = (bare_steps, 500_000 if benchmark.enabled else 100)

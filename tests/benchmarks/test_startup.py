@@ -49,5 +49,5 @@ def _run(code: str, kept: Path) -> None:
 
 
 @pytest.mark.parametrize("what", CODES)
-def test_start_up(benchmark, what, tmp_path):
+def test_startup_time(benchmark, what, tmp_path):
     benchmark.pedantic(_run, args=(CODES[what], tmp_path), rounds=5, warmup_rounds=1)

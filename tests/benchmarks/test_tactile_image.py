@@ -34,7 +34,7 @@ def _median_ms(action, rounds=5):
 
 
 @pytest.mark.parametrize("interpolation", INTERPOLATIONS)
-def test_a_frame_of_256_by_256_from_1024_taxels(benchmark, thousand, interpolation):
+def test_frame_of_256_by_256_from_1024_taxels(benchmark, thousand, interpolation):
     image = TactileImage(thousand, width=WIDTH, interpolation=interpolation)
     values = smooth(thousand.taxel_points)
     assert image.shape == (WIDTH, WIDTH)
@@ -66,7 +66,7 @@ def test_building_barycentric_by_width(benchmark, thousand, width):
 
 
 @pytest.mark.parametrize("taxels", [100, 1000, 10_000, 100_000])
-def test_a_frame_of_256_by_256_as_taxels_grow(benchmark, taxels):
+def test_frame_of_256_by_256_for_increasing_numbers_of_taxels(benchmark, taxels):
     map_ = flat_map(taxels)
     image = TactileImage(map_, width=WIDTH)
     values = smooth(map_.taxel_points)

@@ -111,24 +111,24 @@ def measure(benchmark, session: Session, rounds=300) -> None:
 @pytest.mark.parametrize("contacts", [1, 3])
 @pytest.mark.parametrize("controller", CONTROLLERS)
 @pytest.mark.parametrize("taxels", [1000, 10_000])
-def test_a_tick_in_contact(benchmark, taxels, controller, contacts):
+def test_tick_in_contact(benchmark, taxels, controller, contacts):
     measure(benchmark, touched(covered(taxels), controller, contacts))
 
 
 @pytest.mark.parametrize("task", CHOICES["task"])
-def test_a_tick_of_each_task(benchmark, task):
+def test_tick_of_each_task(benchmark, task):
     measure(benchmark, touched(covered(1000), "hybrid", 1, task=task))
 
 
 @pytest.mark.parametrize("estimator", ESTIMATORS)
 @pytest.mark.parametrize("taxels", [1000, 10_000])
-def test_a_tick_with_each_force_estimator(benchmark, taxels, estimator):
+def test_tick_with_each_force_estimator(benchmark, taxels, estimator):
     """Measure a tick; ``regions`` includes the force estimator."""
     measure(benchmark, touched(covered(taxels), "hybrid", 1, estimator=estimator), rounds=100)
 
 
 @pytest.mark.parametrize("taxels", [1000, 10_000])
-def test_a_tick_with_an_image_of_256_pixels_across(benchmark, taxels):
+def test_tick_with_an_image_256_pixels_wide(benchmark, taxels):
     """Measure a tick that also computes the image."""
     session = touched(covered(taxels), "hybrid", 1)
     alternation = Alternation(session)
@@ -148,7 +148,7 @@ def test_a_tick_with_an_image_of_256_pixels_across(benchmark, taxels):
 
 @pytest.mark.parametrize("controller", CONTROLLERS)
 @pytest.mark.parametrize(("taxels", "rate"), [(1000, 1000), (10_000, 200)])
-def test_the_rate_that_one_core_sustains(benchmark, taxels, rate, controller):
+def test_tick_rate_sustained_by_one_core(benchmark, taxels, rate, controller):
     """Measure the speed relative to real time for a second in contact, with physics and skin, at a requested rate.
 
     The speed is in CPU time and does not depend on other load; late ticks are counted by wall time.
@@ -177,7 +177,7 @@ OFF = Effects(gravity="off", contact="off", joint_limits=False, fingers=False, s
 STEPS = 5
 
 
-def test_a_tick_with_everything_off(benchmark):
+def test_tick_with_all_effects_off(benchmark):
     prepared = arm()
     simulation = Simulation(prepared.robot, prepared.skin, OFF)
     command = hold(prepared.robot, 3.0, 0.5)

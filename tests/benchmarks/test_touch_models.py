@@ -92,7 +92,7 @@ def test_reading_under_a_sliding_ball(benchmark, robot, skin, name):
     _report(benchmark, robot)
 
 
-def test_a_whole_step_with_a_reading(benchmark, robot, skin):
+def test_complete_step_with_a_reading(benchmark, robot, skin):
     """Measure a step with a reading; the target is 5 bare steps with 1,000 taxels, 12 with 10,000."""
     simulation = Simulation(robot, skin, Effects())
     simulation.apply(PokePressed(1, skin.taxel_point(len(skin) // 2)))
@@ -119,7 +119,7 @@ def _pressed(taxels):
 @pytest.mark.parametrize(
     "effects", [*only(ALL_ON).values(), ALL_ON, SensorEffects()], ids=[*only(ALL_ON), "all", "none"]
 )
-def test_a_reading_of_1000_taxels(benchmark, effects):
+def test_reading_of_1000_taxels(benchmark, effects):
     skin = bar_skin(1000, finer=4)
     assert len(skin) == 1000
     assert 5 < 2 * len(skin.neighbours) / len(skin) < 6, "neighbours as on a body"

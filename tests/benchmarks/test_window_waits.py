@@ -55,7 +55,7 @@ def _paint(window):
 
 
 @pytest.mark.parametrize("taxels", [1_000, 10_000])
-def test_a_frame_of_body_and_map_while_fingers_press(benchmark, window, taxels):
+def test_frame_of_both_views_under_pressing_fingers(benchmark, window, taxels):
     """Measure a frame of both views in a scene with pressing fingers, including the simulation."""
     scene = load_scene("many_pokes")
     window.live.show_prepared(prepare(replace(scene, cover=replace(scene.cover, taxels=taxels))))
@@ -68,7 +68,7 @@ def test_a_frame_of_body_and_map_while_fingers_press(benchmark, window, taxels):
 
 
 @pytest.mark.parametrize("coarse", [False, True])
-def test_a_frame_of_a_robot_of_many_triangles(benchmark, window, pytestconfig, coarse):
+def test_frame_of_a_robot_of_many_triangles(benchmark, window, pytestconfig, coarse):
     """Measure both views of the complete iCub, with full and with reduced meshes."""
     scene = load_scene("icub_whole" if pytestconfig.getoption("benchmark_enable") else "arm")
     shown = prepare_cached(scene)
@@ -101,7 +101,7 @@ def test_press_on_the_map_until_both_views_are_painted(benchmark, window, prepar
     benchmark.pedantic(press, setup=release, rounds=30, warmup_rounds=3)
 
 
-def test_another_theme(benchmark, window):
+def test_theme_change(benchmark, window):
     names = cycle(("light", "dark"))
     benchmark.extra_info["widgets"] = len(QApplication.allWidgets())
 
@@ -112,7 +112,7 @@ def test_another_theme(benchmark, window):
     benchmark.pedantic(switch, rounds=20, warmup_rounds=2)
 
 
-def test_another_controller(benchmark, window, prepared):
+def test_controller_change(benchmark, window, prepared):
     names = cycle(("hybrid", "priority", "impedance", "projection"))
 
     def switch():
@@ -122,7 +122,7 @@ def test_another_controller(benchmark, window, prepared):
     benchmark.pedantic(switch, rounds=20, warmup_rounds=4)
 
 
-def test_scrub_in_a_long_recording(benchmark, window, prepared, tmp_path, pytestconfig):
+def test_scrubbing_in_a_long_recording(benchmark, window, prepared, tmp_path, pytestconfig):
     seconds = 60.0 * MINUTES if pytestconfig.getoption("benchmark_enable") else 2.0
     path = tmp_path / "long.mcap"
     session = Session(prepared)
@@ -142,7 +142,7 @@ def test_scrub_in_a_long_recording(benchmark, window, prepared, tmp_path, pytest
     benchmark.pedantic(scrub, rounds=60, warmup_rounds=3)
 
 
-def test_the_window_closed_while_it_runs(benchmark, qapp, prepared, tmp_path):
+def test_closing_the_window_during_a_session(benchmark, qapp, prepared, tmp_path):
     """Measure closing, including the session's thread and the processes."""
     numbers = count()
 

@@ -36,7 +36,7 @@ def ball(tmp_path):
     return path
 
 
-def test_help_and_version(capsys):
+def test_help_and_version_are_printed(capsys):
     assert call(capsys, "--version")[1].startswith("tactile-maps 0.")
     status, output, _ = call(capsys, "--help")
     assert status == 0
@@ -102,7 +102,7 @@ def test_bad_usage_exits_with_2(capsys, words):
     ],
     ids=lambda words: " ".join(words),
 )
-def test_huge_integers_are_refused_in_one_short_message(capsys, words, number):
+def test_huge_integers_are_rejected_in_one_short_message(capsys, words, number):
     with pytest.raises(SystemExit, match="2"):
         build_parser().parse_args([*words, number])
     last = capsys.readouterr().err.splitlines()[-1]
@@ -111,7 +111,7 @@ def test_huge_integers_are_refused_in_one_short_message(capsys, words, number):
 
 
 @pytest.mark.parametrize("words", [["--size", "9" * 5000 + "x900"], ["--grid", "9" * 5000 + "x2"]])
-def test_huge_sizes_are_refused_in_one_short_message(capsys, words):
+def test_huge_sizes_are_rejected_in_one_short_message(capsys, words):
     command = ["screenshot", "-o", "x.png"] if words[0] == "--size" else ["map", "arm"]
     status, _, err = call(capsys, *command, *words)
     assert status == 2
@@ -177,7 +177,7 @@ def test_file_that_is_not_a_scene_is_named_with_the_command_for_it(capsys, monke
         (".", "folder of this name"),
     ],
 )
-def test_recording_that_could_not_be_opened_again_is_not_made(capsys, ball, tmp_path, monkeypatch, name, message):
+def test_recording_that_could_not_be_reopened_is_not_started(capsys, ball, tmp_path, monkeypatch, name, message):
     monkeypatch.chdir(tmp_path)
     status, _, err = call(capsys, "run", "--robot", str(ball), "--for", "0.1", "-o", name)
     assert status == 1
@@ -185,14 +185,14 @@ def test_recording_that_could_not_be_opened_again_is_not_made(capsys, ball, tmp_
     assert list(tmp_path.iterdir()) == [ball]
 
 
-def test_failure_as_json(capsys):
+def test_failure_is_printed_as_json(capsys):
     status, out, _ = call(capsys, "inspect", "nowhere.urdf", "--json")
     assert status == 1
     assert "nowhere.urdf" in json.loads(out.splitlines()[-1])["error"]["message"]
 
 
 @pytest.mark.long
-def test_map(capsys, ball, tmp_path):
+def test_map_prints_its_quality_as_json_and_writes_the_file(capsys, ball, tmp_path):
     target = tmp_path / "map.npz"
     result = result_of(capsys, "map", ball, "-o", target, "--taxels", 60)
     promised = {
@@ -227,7 +227,7 @@ def test_map(capsys, ball, tmp_path):
 
 
 @pytest.mark.long
-def test_inspect_a_scene(capsys):
+def test_inspect_describes_a_scene(capsys):
     result = result_of(capsys, "inspect", "arm")
     assert {"kind", "name", "joints", "links", "bodies", "taxels", "patches", "effects", "problems"} <= set(result)
     assert len(result["joints"]) == 7
@@ -258,7 +258,7 @@ def test_run_records_and_replay_verifies(capsys, ball, tmp_path):
     assert {"frames", "identical", "max_difference"} <= set(result_of(capsys, "replay", target))
 
 
-def test_recover(capsys, recording, tmp_path):
+def test_recover_reports_frames_and_lost_frames(capsys, recording, tmp_path):
     cut = tmp_path / "cut.mcap"
     cut.write_bytes(recording.read_bytes()[:-20_000])
     result = result_of(capsys, "recover", cut, "-o", tmp_path / "fixed.mcap")
@@ -289,7 +289,7 @@ def test_window_without_a_display_names_a_remedy():
 
 
 @pytest.mark.long
-def test_picture_of_a_scene_that_cannot_run_is_one_message(ball, tmp_path):
+def test_screenshot_of_a_scene_that_cannot_run_gives_one_message(ball, tmp_path):
     (tmp_path / "sheet.obj").write_text("v 0 0 0\nv .1 0 0\nv 0 .1 0\nv .1 .1 0\nf 1 2 3\nf 2 4 3\n")
     scene = tmp_path / "flat.toml"
     thing = '[[objects]]\nname = "sheet"\nkind = "mesh"\nfile = "sheet.obj"\nat = [1.0, 0.0, 1.0]\nmass = 0.1\n'

@@ -70,7 +70,7 @@ def test_unknown_joints_and_unreachable_positions_are_named(words, home, output,
 
 
 @pytest.mark.parametrize("text", ["", "hinge", "hinge=", "=1", "hinge=nan", "hinge=inf", "hinge=1,", "hinge=1 m"])
-def test_text_that_is_not_a_posture_is_a_usage_error(text, capsys):
+def test_invalid_posture_text_is_a_usage_error(text, capsys):
     assert main(["inspect", "arm", f"--home={text}"]) == 2
     assert "argument --home: must be like elbow=1.2,wrist=-0.3" in capsys.readouterr().err
 

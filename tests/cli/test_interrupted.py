@@ -61,7 +61,7 @@ def under_way(seconds: float):
 @pytest.mark.long
 @pytest.mark.parametrize("seconds", [0.05, 1.0], ids=["starting", "working"])
 @pytest.mark.parametrize(("number", "code"), CODES)
-def test_study_in_processes_ends_with_all_of_them(tmp_path, number, code, seconds):
+def test_interrupted_study_ends_all_its_processes(tmp_path, number, code, seconds):
     words = ["study", "force-feedback", "--quick", "--jobs", "2"]
     found, errors, alive = interrupted(words, tmp_path, number, once=under_way(seconds))
     assert (found, alive) == (code, [])
@@ -99,7 +99,7 @@ def test_killed_study_resumes_with_the_same_table(tmp_path):
 
 @pytest.mark.long
 @pytest.mark.parametrize(("number", "code"), CODES)
-def test_recording_that_is_interrupted_ends_as_it_should(tmp_path, number, code):
+def test_interrupted_recording_is_completed(tmp_path, number, code):
     file = tmp_path / "x.mcap"
     words = ["run", "poke", "--for", "600", "-o", str(file)]
     found, _, _ = interrupted(words, tmp_path, number, once=lambda program: file.exists() and file.stat().st_size > 3e6)
@@ -149,7 +149,7 @@ def test_signal_ends_a_command_with_one_line(tmp_path, capsys, monkeypatch, numb
     assert not list((tmp_path / "out").glob("*.csv"))
 
 
-def test_interrupt_that_a_library_renamed_is_one(capsys):
+def test_interrupt_wrapped_by_a_library_counts_as_an_interrupt(capsys):
     def compiled(_):
         try:
             raise KeyboardInterrupt

@@ -21,7 +21,7 @@ from tactile_maps.cli.shared.output import plain_text, print_fields
         ({"angle": {"median": 1.0000000001, "max": 2.0}, "faces": 3}, "angle median 1, max 2, faces 3"),
     ],
 )
-def test_numbers_have_four_digits_and_groups_commas(value, text):
+def test_numbers_have_four_digits_and_thousands_separators(value, text):
     assert plain_text(value) == text
 
 

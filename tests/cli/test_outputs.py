@@ -69,7 +69,7 @@ def test_every_option_that_names_a_file_is_an_output_or_a_known_input():
             assert any(action.dest == "overwrite" for action in parser._actions), command
 
 
-def test_words_cover_every_command_with_an_output():
+def test_arguments_cover_every_command_with_an_output():
     assert {command for command, _ in OUTPUTS} == set(WORDS)
 
 
@@ -95,7 +95,7 @@ def test_existing_file_is_not_replaced(command, option, tmp_path, capsys):
 
 @pytest.mark.parametrize("link", [False, True], ids=["same", "linked"])
 @pytest.mark.parametrize(("command", "option"), [each for each in OUTPUTS if "in." in str(WORDS[each[0]])])
-def test_file_that_is_read_is_never_replaced(command, option, link, tmp_path, capsys):
+def test_input_file_is_never_replaced(command, option, link, tmp_path, capsys):
     (name,) = (word for word in WORDS[command] if word.startswith("in."))
     path = tmp_path / name
     output = tmp_path / "out" if link else tmp_path / name
@@ -108,7 +108,7 @@ def test_file_that_is_read_is_never_replaced(command, option, link, tmp_path, ca
     assert path.read_bytes() == b"precious"
 
 
-def test_scene_that_is_run_is_not_replaced_by_its_recording(tmp_path, capsys):
+def test_scene_file_is_not_replaced_by_its_recording(tmp_path, capsys):
     scene = tmp_path / "s.toml"
     scene.write_text('robot = "arm"')
     assert run_command(["run", str(scene), "--for", "0.1", "-o", str(scene), "--overwrite"], windows={}) == 1
@@ -119,7 +119,7 @@ def test_scene_that_is_run_is_not_replaced_by_its_recording(tmp_path, capsys):
 @pytest.mark.sampled(13)
 @pytest.mark.parametrize("kind", special_kinds())
 @pytest.mark.parametrize(("command", "option"), OUTPUTS)
-def test_special_file_is_refused_even_to_overwrite(command, option, kind, tmp_path, capsys):
+def test_special_file_is_rejected_even_with_overwrite(command, option, kind, tmp_path, capsys):
     path = make_special_file(kind, tmp_path / "out.npz")
     assert run_command([*words(command, option, path), "--overwrite"], windows={}) == 1
     assert f"a {kind}" in capsys.readouterr().err
@@ -130,7 +130,7 @@ def test_special_file_is_refused_even_to_overwrite(command, option, kind, tmp_pa
 @pytest.mark.sampled(12)
 @pytest.mark.parametrize(("command", "option"), OUTPUTS)
 @pytest.mark.parametrize("name", ["x" * 300, "no/folder/x.npz", "taken/x.npz"])
-def test_place_that_cannot_be_written_is_named_at_once(command, option, name, tmp_path, capsys):
+def test_unwritable_path_is_reported_immediately(command, option, name, tmp_path, capsys):
     if is_folder(command) and name.startswith("no"):
         return  # folders above it are made
     (tmp_path / "taken").write_bytes(b"")
@@ -148,14 +148,14 @@ def test_files_of_an_earlier_comparison_are_not_replaced(flag, names, tmp_path, 
 
 
 @pytest.mark.parametrize("ending", ["csv", "json", "html", "parquet"])
-def test_report_that_exists_is_not_replaced(ending, tmp_path, capsys):
+def test_existing_report_is_not_replaced(ending, tmp_path, capsys):
     (tmp_path / f"map-cost.{ending}").write_bytes(b"precious")
     assert run_command(words("study", "--output", tmp_path), windows={}) == 1
     assert f"map-cost.{ending}: the file already exists" in capsys.readouterr().err
     assert (tmp_path / f"map-cost.{ending}").read_bytes() == b"precious"
 
 
-def test_two_outputs_of_one_name_are_refused(tmp_path, capsys):
+def test_two_outputs_with_the_same_name_are_rejected(tmp_path, capsys):
     path = tmp_path / "out.mcap"
     assert (
         run_command(["listen", "in.csv", "--weight", "1", "-o", str(path), "--save-calibration", str(path)], windows={})

@@ -25,6 +25,6 @@ def test_facts_tables_and_charts_are_on_one_page(tmp_path):
     assert "src=" not in text
 
 
-def test_page_that_cannot_be_written_is_named(tmp_path):
+def test_unwritable_page_is_named(tmp_path):
     with pytest.raises(ExportError, match="missing"):
         write_fact_page(tmp_path / "missing" / "page.html", "x", {})

@@ -66,7 +66,7 @@ def test_each_variation_is_recorded_once_and_indexed(line, tmp_path, capsys, mon
     assert "--overwrite replaces all" in capsys.readouterr().err
 
 
-def test_setting_that_no_session_takes_is_refused_before_anything_is_recorded(line, tmp_path, capsys):
+def test_invalid_setting_is_rejected_before_anything_is_recorded(line, tmp_path, capsys):
     (tmp_path / "sweep.toml").write_text('[vary]\ncontrol.controller = ["qp", "qpp"]\n')
     assert main(line) == 1
     assert "vary.control" in capsys.readouterr().err
@@ -81,7 +81,7 @@ def test_setting_that_no_session_takes_is_refused_before_anything_is_recorded(li
         ('patch = "hand"', "stimuli.0.at = [[9.0, 9.0, 9.0]]", r"sweep.toml, vary.stimuli.0.at: .*not on the skin"),
     ],
 )
-def test_stimulus_that_no_session_takes_is_refused_at_its_key(line, tmp_path, capsys, scene, vary, said):
+def test_invalid_stimulus_is_rejected_at_its_key(line, tmp_path, capsys, scene, vary, said):
     (tmp_path / "scene.toml").write_text(SCENE.replace('patch = "hand"', scene))
     (tmp_path / "sweep.toml").write_text(f"seconds = 0.1\n[vary]\n{vary}\n")
     assert main(line) == 1
@@ -89,7 +89,7 @@ def test_stimulus_that_no_session_takes_is_refused_at_its_key(line, tmp_path, ca
     assert not (tmp_path / "out").exists()
 
 
-def test_wrong_patch_that_every_variation_replaces_is_accepted(line, tmp_path):
+def test_unknown_patch_replaced_in_every_variation_is_accepted(line, tmp_path):
     (tmp_path / "scene.toml").write_text(SCENE.replace('patch = "hand"', 'patch = "nose"'))
     (tmp_path / "sweep.toml").write_text('seconds = 0.05\n[vary]\nstimuli.0.patch = ["hand"]\n')
     assert main(line) == 0
@@ -104,6 +104,6 @@ def test_wrong_patch_that_every_variation_replaces_is_accepted(line, tmp_path):
         (["run", "poke", "--sweep", "pokes", "-o", "x", "--serve"], "Leave out --serve"),
     ],
 )
-def test_contradictory_options_are_refused(words, saved, capsys):
+def test_contradictory_options_are_rejected(words, saved, capsys):
     assert main(words) == 2
     assert saved in capsys.readouterr().err

@@ -63,13 +63,13 @@ def test_root_that_is_not_a_folder_is_a_usage_error(elsewhere, capsys):
     assert "the folder does not exist" in capsys.readouterr().err
 
 
-def test_roots_given_twice_are_named_once_and_are_absolute(elsewhere, monkeypatch):
+def test_repeated_package_roots_are_listed_once_as_absolute_paths(elsewhere, monkeypatch):
     monkeypatch.chdir(elsewhere)
     arguments = build_parser().parse_args(["run", "--package-root", ".", "--package-root", str(elsewhere)])
     assert scene_from_arguments(arguments).package_roots == (str(elsewhere),)
 
 
-def test_folder_of_a_skin_is_the_scene_of_its_carrier(tmp_path):
+def test_folder_of_positions_files_is_opened_as_a_scene_of_its_robot(tmp_path):
     with pytest.raises(UsageError, match=r"folder is not a scene.*positions files"):
         scene_from_arguments(argparse.Namespace(scene_file=str(tmp_path)))
     (tmp_path / "left_forearm.txt").write_text("")

@@ -57,32 +57,32 @@ def run_words(words, redirect="", *, env=(), unbuffered=False) -> tuple[int, str
 
 
 @pytest.mark.parametrize("words", LINES)
-def test_full_standard_output_is_one_message(words):
+def test_full_disk_behind_standard_output_gives_one_message(words):
     code, _, error = run_words(words, ">/dev/full")
     assert code == 1
     assert error.count("standard output: the output cannot be written (found: No space left on device)") == 1
 
 
 @pytest.mark.long
-def test_help_that_is_written_at_once_is_checked_too():
+def test_unbuffered_help_is_checked_for_write_errors():
     code, _, error = run_words(["--version"], ">/dev/full", unbuffered=True)
     assert (code, "No space left" in error) == (1, True)
 
 
 @pytest.mark.parametrize("words", LINES)
-def test_closed_streams_lose_the_output_alone(words):
+def test_closed_streams_lose_only_the_output(words):
     assert run_words(words, "<&- >&- 2>&-") == (0, "", "")
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("words", LINES)
-def test_end_of_the_consumer_is_not_reported(words):
+def test_closed_pipe_of_the_consumer_is_not_reported(words):
     code, _, error = run_words(words, "| true; exit 0")
     assert (code, error) == (0, "")
 
 
 @pytest.mark.long
-def test_failure_is_one_even_where_it_cannot_be_reported():
+def test_exit_code_is_1_even_if_the_failure_cannot_be_reported():
     assert run_words(["inspect", "nowhere"], "2>/dev/full")[0] == 1
     assert run_words(["inspect"], "2>&-")[0] == 2
 
@@ -95,7 +95,7 @@ def test_ascii_terminal_gets_replacements(words):
     assert (output + error).isascii()
 
 
-def test_characters_that_an_encoding_lacks_are_written_in_plain_letters(monkeypatch):
+def test_unsupported_characters_are_written_in_plain_letters(monkeypatch):
     written = io.BytesIO()
     monkeypatch.setattr(sys, "stdout", io.TextIOWrapper(written, encoding="ascii", errors="strict"))
     prepare_streams()
@@ -105,7 +105,7 @@ def test_characters_that_an_encoding_lacks_are_written_in_plain_letters(monkeypa
     monkeypatch.undo()
 
 
-def test_file_gets_no_byte_of_a_library_where_standard_output_is_closed(tmp_path):
+def test_library_output_never_reaches_a_file_if_standard_output_is_closed(tmp_path):
     """The first file that is opened would otherwise become standard output."""
     code = (
         "import os, sys\nfrom tactile_maps.cli.shared.output import prepare_streams\nprepare_streams()\n"
@@ -156,7 +156,7 @@ NAMES = [
 
 
 @pytest.mark.parametrize("words", NAMES, ids=lambda words: " ".join(words).replace(LONG, "LONG"))
-def test_name_that_is_too_long_is_one_message(words, tmp_path, capsys, monkeypatch):
+def test_too_long_file_name_gives_one_message(words, tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert run_command(words, windows={}) in (1, 2)
     error = capsys.readouterr().err
@@ -194,7 +194,7 @@ DISK_QUICK = {("recover", "--output"), ("run", "--output")}
         if "in.csv" not in WORDS[one[0]]
     ],
 )
-def test_full_disk_is_1_and_leaves_nothing(command, option, source, tmp_path):
+def test_full_disk_exits_with_1_and_leaves_no_file(command, option, source, tmp_path):
     given = {"in.mcap": str(source), "in.stl": "arm"}
     words = [command, *(given.get(word, word) for word in WORDS[command]), *SHORT.get(command, [])]
     if command == "map":

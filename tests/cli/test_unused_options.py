@@ -150,7 +150,7 @@ def test_every_named_option_exists(rules):
         ),
     ],
 )
-def test_option_without_effect_is_refused(words, output, files, capsys, tmp_path, monkeypatch):
+def test_option_without_effect_is_rejected(words, output, files, capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     before = sorted(tmp_path.iterdir())
     assert main(words.format(**files).split()) == 2

@@ -12,7 +12,7 @@ from tactile_maps.core.errors import UsageError
 from tactile_maps.studies.running.workers import in_this_process
 
 
-def test_jobs_are_processes_and_zero_is_one_a_core():
+def test_jobs_are_processes_and_zero_means_one_per_core():
     assert workers_from_arguments(Namespace(jobs=1, cluster=None)) == (1, in_this_process)
     assert workers_from_arguments(Namespace(jobs=0, cluster=None))[0] == os.cpu_count()
     for jobs in (-1, 1025):

@@ -53,7 +53,7 @@ def test_body_above_the_threshold_is_not_noted(tmp_path):
 
 
 @pytest.mark.long
-def test_threshold_of_the_sensor_counts_where_it_is_higher(tmp_path):
+def test_sensor_threshold_applies_if_it_is_higher(tmp_path):
     (note,), frame = notes(tmp_path, mass=0.5, effects="threshold = { at = 2500.0 }")
     assert not frame.regions
     assert not frame.pressures.any()

@@ -34,7 +34,7 @@ MAP = arm().map
 SKIN = MAP.skin
 
 
-def test_a_map_point_is_put_on_the_body_by_its_containing_triangle():
+def test_map_point_is_located_on_the_body_by_its_containing_triangle():
     placer = BackProjector(MAP, taxel_positions(SKIN))
     random = np.random.default_rng(0)
     for taxel in range(0, len(SKIN), 9):
@@ -54,7 +54,7 @@ def test_a_map_point_is_put_on_the_body_by_its_containing_triangle():
         assert place.link_position == pytest.approx(SKIN.position(at), abs=1e-9)
 
 
-def test_walk_that_meets_a_border_does_not_end_there():
+def test_walk_continues_after_meeting_a_border():
     """The walk starts at the farthest triangle of the patch, from which the straight line may leave the map."""
     placer = BackProjector(MAP, taxel_positions(SKIN))
     for taxel in range(0, len(SKIN), 17):
@@ -67,14 +67,14 @@ def test_walk_that_meets_a_border_does_not_end_there():
         assert SKIN.position(place.at) == pytest.approx(taxel_positions(SKIN)[taxel], abs=1e-9)
 
 
-def test_point_outside_its_patch_has_no_place_even_over_another_patch():
+def test_point_outside_its_patch_has_no_position_even_on_another_patch():
     placer = BackProjector(MAP, taxel_positions(SKIN))
     other = MAP.taxel_points[int(SKIN.first[1])]
     assert MAP.to_body(other).patch == 1
     assert placer.place(0, other, near=0) is None
 
 
-def test_an_edited_map_places_by_the_edit():
+def test_edited_map_locates_points_by_its_new_layout():
     placer = BackProjector(MAP, taxel_positions(SKIN))
     placer.place(0, MAP.taxel_points[0], near=placer.face_of(0))
     moved = move(MapDocument.of(MAP), [0], (0.3, 0.0)).map
@@ -118,7 +118,7 @@ def ellipse(long: float, short: float, angle: float, count: int = 20_000) -> np.
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.4, 1.5, -1.0])
-def test_an_evenly_pressed_ellipse_is_found(angle):
+def test_uniformly_pressed_ellipse_is_recovered(angle):
     points = ellipse(0.03, 0.01, angle)
     axes, on_map = principal_axes(points, np.full(len(points), 1 / len(points)), 0.0, flat())
     assert np.linalg.norm(axes, axis=1) == pytest.approx([0.03, 0.01], rel=0.02)
@@ -132,14 +132,14 @@ def test_ellipse_of_one_taxel_has_its_area():
     assert np.linalg.norm(axes, axis=1) == pytest.approx(2 * np.sqrt(1e-4 / 12))
 
 
-def test_a_map_that_stretches_carries_the_axes_along():
+def test_axes_follow_the_stretch_of_the_map():
     points = ellipse(0.03, 0.01, 0.0)
     share = np.full(20_000, 1 / 20_000)
     _, on_map = principal_axes(points, share, 0.0, flat(map_sides=((2.0, 0.0), (0.0, 0.5))))
     assert np.linalg.norm(on_map, axis=1) == pytest.approx([0.06, 0.005], rel=0.02)
 
 
-def test_a_triangle_without_area_carries_nothing():
+def test_degenerate_triangle_gives_no_axes():
     points = ellipse(0.03, 0.01, 0.0)
     share = np.full(20_000, 1 / 20_000)
     axes, on_map = principal_axes(points, share, 0.0, flat(sides=((1.0, 0.0, 0.0), (2.0, 0.0, 0.0))))
@@ -148,7 +148,7 @@ def test_a_triangle_without_area_carries_nothing():
 
 
 @pytest.mark.parametrize("side", [(0.0, 0.0, 1.0), (0.0, 0.0, 0.0)])
-def test_a_side_along_the_normal_gives_axes_all_the_same(side):
+def test_triangle_side_along_the_normal_still_gives_axes(side):
     points = ellipse(0.03, 0.01, 0.0)
     share = np.full(20_000, 1 / 20_000)
     axes, _ = principal_axes(points, share, 0.0, flat(sides=(side, (0.0, 1.0, 0.0))))

@@ -79,7 +79,7 @@ def test_dip_within_the_noise_does_not_separate():
     assert len(read(sense, pressed(-1.25, 1.25), tick=2)) == 1
 
 
-def test_gains_that_differ_by_a_fifth_do_not_divide_a_fingertip():
+def test_gains_that_differ_by_a_fifth_do_not_split_a_fingertip():
     found = []
     for seed in range(40):
         gains = np.random.default_rng(seed).uniform(0.8, 1.2, len(SKIN))
@@ -92,7 +92,7 @@ def test_skin_without_tare_reads_connected_contacts_as_one():
     assert len(read(sense, pressed(-1.25, 1.25))) == 1
 
 
-def test_ids_are_kept_where_contacts_join_and_part():
+def test_ids_are_kept_when_contacts_merge_and_separate():
     sense = tared()
     apart = {region.id for region in read(sense, pressed(-1.25, 1.25))}
     read(sense, pressed(-0.4, 0.4), tick=2)
@@ -130,7 +130,7 @@ def test_contact_whose_middle_falls_below_the_threshold_remains_one():
     assert (after.id, after.merged) == (before.id, ())
 
 
-def test_contacts_that_part_with_a_deep_dip_are_two_at_once():
+def test_contacts_separated_by_a_deep_dip_are_two_immediately():
     detector = with_sensor_threshold()
     (before,) = detector.read(in_a_row(6000, 5000, 6500))
     both = detector.read(in_a_row(6000, 0, 6500))
@@ -144,7 +144,7 @@ def test_contacts_that_part_with_a_deep_dip_are_two_at_once():
     assert len(detector.read(in_a_row(1400, 499, 1500))) == 1, "noise may be as large"
 
 
-def test_second_touch_near_a_contact_is_a_contact_at_once():
+def test_second_touch_near_a_contact_is_detected_immediately():
     detector = with_sensor_threshold()
     detector.read(in_a_row(2600, 0, 0))
     assert len(detector.read(in_a_row(2600, 0, 2600))) == 2
@@ -199,6 +199,6 @@ def test_residual_pressure_of_creep_is_not_a_contact_but_a_new_touch_is():
     assert read(sense, left, tick=5), "the skin was at rest in between"
 
 
-def test_unknown_treatment_is_refused():
+def test_unknown_treatment_of_close_contacts_is_rejected():
     with pytest.raises(SceneError, match="unknown treatment of close contacts"):
         ReadingSettings(close_contacts="merged")

@@ -59,7 +59,7 @@ def test_force_is_within_its_uncertainty_and_its_interval_as_often_as_stated(eff
         ("point", "quantisation"),
     ],
 )
-def test_intervals_include_what_the_contact_model_leaves_out(model, effect):
+def test_intervals_include_force_omitted_by_the_contact_model(model, effect):
     found = coverage(SKIN, model, effect, count=COUNT)
     assert found.stated[0] >= 300
     assert_forces_are_covered(found)
@@ -91,7 +91,7 @@ def test_forces_of_the_surface_model_are_exact_without_effects():
 
 @pytest.mark.long
 @pytest.mark.parametrize("skin", [SKIN, "arm-300", "bar-1000"])
-def test_crosstalk_makes_no_force_uncertain(skin):
+def test_crosstalk_does_not_make_the_force_uncertain(skin):
     """Except for the few contacts whose rim is beyond the ring."""
     table = touch_errors(skin, "water-fill", "crosstalk")
     off = np.abs(table[:, 0]) > 1e-9 * table[:, 4]
@@ -114,7 +114,7 @@ def test_threshold_of_wide_taxels_is_covered(skin, highest):
 
 @pytest.mark.long
 @pytest.mark.parametrize("model", ["water-fill", "half-space"])
-def test_uncertainty_with_all_effects_holds(model):
+def test_forces_with_all_effects_are_within_their_uncertainty(model):
     found = coverage(SKIN, model, effect="all", count=COUNT)
     assert found.stated[0] > 300, "two of three touches press between the pads"
     assert_forces_are_covered(found, (0.63, 0.82))
@@ -122,7 +122,7 @@ def test_uncertainty_with_all_effects_holds(model):
 
 
 @pytest.mark.long
-def test_place_from_displaced_pads_is_covered():
+def test_position_from_displaced_pads_is_covered():
     """Pads of the bar are up to 3 mm from their taxels, on a pitch of 11 mm."""
     found = coverage("bar-400", "water-fill", "area averaging")
     assert 0.58 <= found.place[0] <= 0.73
@@ -139,7 +139,7 @@ def test_pads_below_the_edges_of_a_face_are_covered():
 
 
 @pytest.mark.long
-def test_mean_of_a_time_is_as_uncertain_as_the_force_changes():
+def test_uncertainty_of_a_time_average_covers_changing_forces():
     """The error of a force that swings is close to the stated uncertainty most of the time."""
     found = coverage(SKIN, effect="time averaging")
     assert found.found > 290
@@ -147,7 +147,7 @@ def test_mean_of_a_time_is_as_uncertain_as_the_force_changes():
 
 
 @pytest.mark.long
-def test_depths_have_a_force_of_unknown_accuracy_and_a_place():
+def test_depth_model_gives_a_position_and_a_force_of_unknown_accuracy():
     found = coverage(SKIN, "depth")
     assert found.found > 0
     assert found.ratio[0] == math.inf
@@ -244,7 +244,7 @@ OTHER_BODIES = {
 @pytest.mark.long
 @pytest.mark.parametrize("effect", EFFECTS)
 @pytest.mark.parametrize("body", BODIES)
-def test_intervals_hold_on_skins_and_for_bodies_that_no_width_was_fitted_to(body, effect):
+def test_intervals_hold_for_skins_and_bodies_not_used_to_fit_widths(body, effect):
     tables = [touch_errors(skin, effect=effect, body=body, count=100) for skin in OTHER_SKINS]
     found = coverage_of(np.concatenate(tables))
     standard, interval = OTHER_BODIES.get((body, effect), ((0.55, 0.78), (0.88, 1.0)))

@@ -118,7 +118,7 @@ def test_contacts_keep_their_ids_through_a_merge(kind: str, ratio: float, count:
     ("kind", "ratio"),
     [("straight", 1.0), ("straight", 1.3), ("pause", 1.0), ("pause", 1.3), ("back", 1.3)],
 )
-def test_nineteen_of_twenty_crossings_are_right(kind: str, ratio: float, noise: float, count: int) -> None:
+def test_95_percent_of_crossings_are_identified(kind: str, ratio: float, noise: float, count: int) -> None:
     same, of = right(kind, 60, ratio=ratio, count=count, noise=noise)
     assert same >= 0.95 * of
 

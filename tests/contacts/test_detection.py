@@ -38,7 +38,7 @@ def around(point, *, kilopascals=10.0, radius=0.03):
     return 1e3 * kilopascals * np.clip(1 - (away / radius) ** 2, 0, None)
 
 
-def test_touch_gives_one_region_with_its_force_and_place():
+def test_touch_gives_one_region_with_its_force_and_position():
     pressures = around((0.2, 0, 0.02))
     (region,) = ContactDetector(MAP).read(pressures)
     assert region.force == pytest.approx(pressures @ SKIN.areas, rel=1e-12), "the ring brings what is below threshold"
@@ -98,7 +98,7 @@ def test_force_of_a_flat_object_includes_its_taxels_below_the_threshold(kilopasc
     ],
     ids=["noise not stated", "hysteresis", "drift"],
 )
-def test_force_of_a_flat_object_is_within_its_interval_whatever_the_sensor(errors):
+def test_force_of_a_flat_object_is_within_its_interval_with_any_sensor(errors):
     detector = ContactDetector(MAP, errors=errors)
     pressures = plate(1.2)
     true = pressures @ SKIN.areas
@@ -176,7 +176,7 @@ def test_taxels_between_two_contacts_belong_to_the_nearer_one():
         assert np.ptp(POSITIONS[region.taxels, 0]) < 0.15
 
 
-def test_a_taxel_stays_touched_down_to_half_the_threshold():
+def test_taxel_stays_touched_down_to_half_the_threshold():
     tracked = ContactDetector(MAP)
     pressures = np.zeros(len(SKIN))
     for level, found in ((0.9, 0), (1.0, 1), (0.6, 1), (0.49, 0), (0.6, 0)):
@@ -184,7 +184,7 @@ def test_a_taxel_stays_touched_down_to_half_the_threshold():
         assert len(tracked.read(pressures)) == found, level
 
 
-def test_touched_taxels_are_those_of_area_mean_and_peak():
+def test_area_mean_and_peak_cover_the_touched_taxels():
     """A ring taxel may read more than a touched one, which stays touched down to half of the threshold."""
     tracked = ContactDetector(MAP)
     pressures = np.zeros(len(SKIN))
@@ -254,7 +254,7 @@ def test_uncertainty_grows_with_the_time_that_offsets_have_drifted():
     assert drifted(60.0) == pytest.approx(3.0)
 
 
-def test_force_that_changes_is_as_uncertain_as_the_sample_is_old():
+def test_uncertainty_of_a_changing_force_grows_with_the_age_of_the_sample():
     errors = SensorUncertainty.of_sensor(SensorEffects(sampling=Sampling(10.0, 0.1)))
     detector = ContactDetector(MAP, errors=errors)
     exact = ContactDetector(MAP)
@@ -284,7 +284,7 @@ def test_invalid_reading_counts_as_unpressed(reading):
     assert np.isfinite([region.place_error for region in found]).all()
 
 
-def test_a_ring_of_negative_noise_is_left_out():
+def test_ring_with_negative_noise_is_excluded():
     pressures = np.zeros(len(SKIN))
     pressures[30] = TOUCH_THRESHOLD
     (alone,) = ContactDetector(MAP).read(pressures)
@@ -295,7 +295,7 @@ def test_a_ring_of_negative_noise_is_left_out():
 
 
 @pytest.mark.long
-def test_a_region_under_strong_noise_has_axes():
+def test_region_under_strong_noise_has_axes():
     """Large ring taxels that read below zero outweigh the touched one's area."""
     chance = np.random.default_rng(3)
     sizes = []
@@ -308,7 +308,7 @@ def test_a_region_under_strong_noise_has_axes():
     assert np.min(sizes) > 1e-3, "half a taxel and more"
 
 
-def test_an_edited_map_moves_the_place_and_not_the_identity():
+def test_edited_map_moves_a_contact_without_changing_its_id():
     tracked = ContactDetector(MAP)
     pressures = around((0.2, 0, 0.02))
     (before,) = tracked.read(pressures)
@@ -320,7 +320,7 @@ def test_an_edited_map_moves_the_place_and_not_the_identity():
     assert np.linalg.norm(after.map_point - before.map_point) > 0.5
 
 
-def test_a_touch_across_a_seam_is_one_region_placed_on_the_body():
+def test_touch_across_a_seam_is_one_region_located_on_the_body():
     prepared = arm()
     tracked = ContactDetector(prepared.map)
     assert len(tracked._seams.pairs), "the arm's tubes are cut somewhere"
@@ -339,7 +339,7 @@ def test_a_touch_across_a_seam_is_one_region_placed_on_the_body():
     assert torn == len(tracked._seams.pairs)
 
 
-def test_a_patch_drawn_larger_is_torn_no_further():
+def test_scaling_a_patch_does_not_change_its_seam_pairs():
     map_ = arm().map
     large = MapLayout(tuple(replace(place, scale=4.0) for place in map_.layout.placements))
     np.testing.assert_array_equal(
@@ -347,7 +347,7 @@ def test_a_patch_drawn_larger_is_torn_no_further():
     )
 
 
-def test_a_finger_anywhere_on_the_arm_is_found_where_it_is():
+def test_finger_anywhere_on_the_arm_is_located_correctly():
     prepared = arm()
     skin = prepared.skin
     felt = WaterFillModel(prepared.skin)

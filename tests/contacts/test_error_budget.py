@@ -54,13 +54,13 @@ def limits(readings: Readings = ONE, **effects) -> dict[str, float]:
     return dict(budget(readings, **effects).limits)
 
 
-def test_force_of_a_perfect_sensor_is_exact_and_its_place_within_a_taxel():
+def test_force_of_a_perfect_sensor_is_exact_and_its_position_within_a_taxel():
     found = propagate_uncertainty(SensorUncertainty(), ONE, np.zeros(3))
     assert (found.force, found.parts) == (0.0, {})
     assert found.place == pytest.approx(math.sqrt(AREA / 6), rel=0.06), "a lump anywhere in a square"
 
 
-def test_place_of_a_line_of_taxels_is_less_certain_than_that_of_a_round_contact():
+def test_position_of_a_line_of_taxels_is_less_certain_than_that_of_a_round_contact():
     """Six taxels with 1 N each, 1 cm apart in a row, and as far from the centre as those of a paraboloid."""
     six = Readings(np.ones(6), np.full(6, AREA), np.arange(6), np.arange(6))
     line = ((np.arange(6) - 2.5) * 0.01) ** 2
@@ -97,7 +97,7 @@ def test_uncertainty_of_two_equal_taxels_matches_hand_calculation():
         ({"saturation": Saturation(2e4)}, {"saturation": 0.0}),
     ],
 )
-def test_each_effect_has_its_part(effects, expected):
+def test_each_effect_has_its_part_of_the_uncertainty(effects, expected):
     assert parts(elapsed=4.0, **effects) == pytest.approx(expected)
 
 
@@ -111,11 +111,11 @@ def test_each_effect_has_its_part(effects, expected):
         ({"saturation": Saturation(1e4)}, {"saturation": 2.57 * AREA * 1e4}),
     ],
 )
-def test_interval_has_its_own_width_of_each_effect(effects, expected):
+def test_interval_uses_a_specific_width_for_each_effect(effects, expected):
     assert limits(**effects) == pytest.approx(expected)
 
 
-def test_sum_of_evenly_distributed_errors_is_nearly_normal():
+def test_sum_of_uniformly_distributed_errors_is_nearly_normal():
     sd = 120 / math.sqrt(12) * AREA * math.sqrt(2)
     found = budget(TWO, quantisation=Quantisation(120.0))
     assert found.parts["quantisation"] == pytest.approx(1.064 * sd, rel=1e-3)
@@ -158,7 +158,7 @@ def test_contact_model_may_not_conserve_force(model, share):
     assert found.limits.get("contact_model", 0.0) == pytest.approx(2.3 * 2 * share)
 
 
-def test_threshold_loses_the_rim_but_no_more_than_the_dark_taxels():
+def test_threshold_loses_the_rim_but_no_more_than_taxels_reading_zero():
     lost = 2 * math.pi * math.pi**-0.75 * math.sqrt(100 / 1e4)
     assert parts(threshold=Threshold(100.0))["threshold"] == pytest.approx(100 * AREA * 0.41 * lost)
     assert limits(threshold=Threshold(100.0))["threshold"] == pytest.approx(
@@ -198,7 +198,7 @@ def test_readings_below_a_threshold_have_no_noise():
     assert found["offset_drift"] == pytest.approx(50 * AREA)
 
 
-def test_converter_is_uncertain_where_nothing_presses_only_if_noise_reaches_it():
+def test_converter_adds_uncertainty_to_unpressed_taxels_only_if_noise_reaches_it():
     one = 120 / math.sqrt(12) * AREA
     assert parts(quantisation=Quantisation(120.0))["quantisation"] == pytest.approx(1.18 * one)
     assert parts(quantisation=Quantisation(120.0), noise=Noise(100.0))["quantisation"] == pytest.approx(
@@ -206,7 +206,7 @@ def test_converter_is_uncertain_where_nothing_presses_only_if_noise_reaches_it()
     )
 
 
-def test_force_in_the_ring_hints_at_force_beyond():
+def test_force_in_the_ring_indicates_force_beyond_it():
     readings = Readings(np.array([0.9, 0.1]), np.full(2, AREA), np.arange(2), np.array([0]))
     assert parts(readings) == {"ring": 0.0}
     assert limits(readings) == pytest.approx({"ring": 0.001})
@@ -215,7 +215,7 @@ def test_force_in_the_ring_hints_at_force_beyond():
     assert limits(readings, crosstalk=Crosstalk(0.05)) == pytest.approx({"ring": own**3})
 
 
-def test_force_next_to_a_contact_is_what_its_row_can_hide():
+def test_omitted_force_next_to_a_contact_is_limited_by_its_row():
     readings = Readings(np.array([0.9, 0.1]), np.full(2, AREA), np.arange(2), np.array([0]))
     peak = 0.9 / AREA
     for left_out, limit in (
@@ -243,7 +243,7 @@ def test_coarse_pad_alone_is_more_uncertain():
     assert found["area_averaging"] == pytest.approx(1 - 0.25 * (0.42 - 0.17 * 0.25))
 
 
-def test_pad_reads_a_point_in_full_or_not_at_all():
+def test_pad_reads_a_point_completely_or_not_at_all():
     errors = SensorUncertainty.of_sensor(SensorEffects(area_averaging=AreaAveraging(0.001)), model="point")
     found = propagate_uncertainty(errors, ONE, np.zeros(3))
     assert found.parts["area_averaging"] == pytest.approx(1 - math.pi * 1e-2)
@@ -294,7 +294,7 @@ def test_place_of_a_contact_with_edges_on_pads(squared, variance):
         (TWO, 2 * 0.00117 * 19**2, 2 * 0.16 * 19),
     ],
 )
-def test_pads_below_the_surface_read_what_is_between_them_by_its_tails(readings, standard, limit):
+def test_pads_below_the_surface_read_contacts_between_them_through_their_tails(readings, standard, limit):
     """Pads of 1 mm on taxels of 1 cm² that are 2 mm below the surface: a / d² is 25."""
     pads = SensorUncertainty.of_sensor(SensorEffects(area_averaging=AreaAveraging(0.001)))
     deep = propagate_uncertainty(replace(pads, depth=0.002), readings, np.zeros(len(readings.forces)))
@@ -322,7 +322,7 @@ def test_taxel_wider_than_the_contact_loses_less_to_saturation(model, share):
     assert propagate_uncertainty(errors, wide, np.zeros(1)).force == pytest.approx(1.16 * area * 1e4 * share)
 
 
-def test_turning_force_is_as_uncertain_as_it_was_fast():
+def test_force_at_a_turning_point_keeps_the_uncertainty_of_its_recent_rate():
     errors = SensorUncertainty.of_sensor(SensorEffects(sampling=Sampling()))
     motion = Motion.begin(0.0, 1.0, np.zeros(3), errors.lag)
     for step in range(1, 30):
@@ -333,7 +333,7 @@ def test_turning_force_is_as_uncertain_as_it_was_fast():
     assert found.parts["sampling"] == pytest.approx(math.sqrt(0.6) * motion.rate * errors.lag)
 
 
-def test_crosstalk_does_not_make_a_lump_look_wide():
+def test_crosstalk_does_not_make_a_narrow_contact_count_as_wide():
     lump = Readings(np.array([0.8, *[0.2 / 6] * 6]), np.full(7, AREA), np.arange(7), np.array([0]))
     places = [
         propagate_uncertainty(SensorUncertainty.of_sensor(effects), lump, np.zeros(7)).place
@@ -342,13 +342,13 @@ def test_crosstalk_does_not_make_a_lump_look_wide():
     assert places[1] > 1.2 * places[0]
 
 
-def test_measured_noise_counts_by_taxel():
+def test_measured_noise_counts_for_each_taxel():
     noise = TaxelNoise(np.array([100.0, 0.0, 300.0]), np.full(3, 1e9))
     found = propagate_uncertainty(SensorUncertainty.measured(noise), ONE, np.array([0.0, 0.0, 1e-4]))
     assert found.parts == pytest.approx({"noise": AREA * math.hypot(100, 300)})
 
 
-def test_age_of_a_sample_counts_by_how_fast_force_and_place_change():
+def test_age_of_a_sample_counts_by_the_rate_of_force_and_position():
     errors = SensorUncertainty.of_sensor(SensorEffects(sampling=Sampling(50.0, 0.03)))
     assert errors.lag == pytest.approx(math.sqrt(0.03**2 + 0.03 * 0.02 + 0.02**2 / 3))
     motion = Motion.begin(0.0, 1.0, np.zeros(3), errors.lag)
@@ -384,6 +384,6 @@ def test_noise_does_not_count_as_motion():
         (Sampling(50.0, 0.0), 0.0, 0.0, 0.02),
     ],
 )
-def test_mean_of_a_time_is_as_old_as_its_middle(sampling, averaged, delay, period):
+def test_age_of_a_time_average_is_that_of_the_middle_of_its_interval(sampling, averaged, delay, period):
     errors = SensorUncertainty.of_sensor(SensorEffects(sampling=sampling), averaged=averaged)
     assert errors.lag == pytest.approx(math.sqrt(delay**2 + delay * period + period**2 / 3))

@@ -49,7 +49,7 @@ def test_text_of_each_kind_is_readable(kind, phase, links, words):
 
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("seed", range(5))
-def test_every_phase_begins_where_the_last_one_ended(seed):
+def test_every_phase_starts_where_the_previous_one_ended(seed):
     random = np.random.default_rng(seed)
     at = np.zeros(3)
     contact = ContactState(0, 0.0, region(1))
@@ -98,7 +98,7 @@ def test_slip_ends_once_the_contact_has_stuck_for_a_while():
     ]
 
 
-def test_slip_lasts_while_the_usage_of_friction_is_hardly_less():
+def test_slip_continues_while_friction_usage_is_only_slightly_lower():
     assert slips((1.0, 0.1), (0.9, 0.5)) == [("slip", "began", 0.005, 0.0), ("slip", "ended", 0.605, 0.6)]
     assert slips((1.0, 0.1), (0.8, 0.05)) == [("slip", "began", 0.005, 0.0), ("slip", "ended", 0.155, 0.095)]
 
@@ -126,7 +126,7 @@ def test_grasp_continues_while_fingers_change():
     assert end.duration == 0.3
 
 
-def test_a_grasp_waits_for_a_finger_that_may_come_back():
+def test_grasp_continues_during_the_brief_loss_of_a_finger():
     pairs = GraspPairs()
     one = region(1)
     other = region(2, link_normal=DOWN)
@@ -159,14 +159,14 @@ def moving(count, step):
     return [(region(1, link_position=np.array([step * k, 0, 0])),) for k in range(count)]
 
 
-def test_a_short_contact_is_a_tap():
+def test_short_contact_is_a_tap():
     words, events = reported([*held(10, force=3.0), ()])
     assert words == [("began", "touch", (1,)), ("ended", "tap", (1,)), ("ended", "release", (1,))]
     assert events[1].duration == pytest.approx(0.1)
     assert events[1].force == 3.0
 
 
-def test_a_lasting_contact_is_a_press_with_its_greatest_force():
+def test_lasting_contact_is_a_press_with_its_greatest_force():
     frames = [*held(10, force=3.0), *held(5, force=8.0), *held(50, force=2.0), ()]
     words, events = reported(frames)
     assert [word[:2] for word in words] == [
@@ -181,7 +181,7 @@ def test_a_lasting_contact_is_a_press_with_its_greatest_force():
     assert events[3].force == 8.0
 
 
-def test_a_contact_that_travels_is_a_stroke_from_there_to_here():
+def test_moving_contact_is_a_stroke_from_its_start_to_its_position():
     words, events = reported([*moving(60, 0.001), ()])
     assert [word[:2] for word in words] == [
         ("began", "touch"),
@@ -194,7 +194,7 @@ def test_a_contact_that_travels_is_a_stroke_from_there_to_here():
     assert events[2].to is not None
 
 
-def test_a_stroke_that_rests_is_a_press_again():
+def test_stroke_that_comes_to_rest_is_a_press_again():
     last = moving(60, 0.001)[-1]
     words, events = reported([*held(50), *moving(60, 0.001), *[last] * 100, ()])
     assert [word[:2] for word in words] == [
@@ -211,7 +211,7 @@ def test_a_stroke_that_rests_is_a_press_again():
 
 
 @pytest.mark.parametrize("speed", [0.006, 0.01, 0.1])
-def test_a_slow_motion_is_one_stroke(speed):
+def test_slow_motion_is_one_stroke(speed):
     words, events = reported([*held(50), *moving(round(0.06 / (speed * TICK)), speed * TICK), ()])
     assert [word[:2] for word in words[1:-1]] == [
         ("began", "press"),
@@ -222,13 +222,13 @@ def test_a_slow_motion_is_one_stroke(speed):
     assert events[-2].travelled == pytest.approx(0.06, abs=0.001)
 
 
-def test_a_stroke_counts_from_the_time_at_which_it_left_its_start():
+def test_stroke_counts_from_the_time_at_which_it_left_its_start():
     _, events = reported([*held(200), *moving(60, 0.001), ()])
     (stroke,) = (event for event in events if (event.kind, event.phase) == ("stroke", "ended"))
     assert stroke.duration == pytest.approx(0.6, abs=0.03)
 
 
-def test_a_centre_that_trembles_does_not_travel():
+def test_trembling_centre_is_not_a_stroke():
     random = np.random.default_rng(0)
     frames = [(region(1, link_position=random.normal(0, 0.004, 3), place_error=0.02),) for _ in range(300)]
     assert not [word for word in reported(frames)[0] if word[1] == "stroke"]
@@ -253,7 +253,7 @@ def test_split_of_a_contact_is_an_event():
     assert words[-1] == ("began", "split", (2, 1))
 
 
-def test_a_link_held_from_two_sides_is_grasped():
+def test_link_held_from_two_sides_is_grasped():
     below = region(2, link_normal=np.array([0.0, 0.0, -1.0]), force=3.0)
     words, events = reported([*held(5), *[(region(1, force=5.0), below)] * 50, *held(5)])
     assert ("began", "grasp", (1, 2)) in words
@@ -262,7 +262,7 @@ def test_a_link_held_from_two_sides_is_grasped():
     assert end.duration == pytest.approx(0.5)
 
 
-def test_the_strongest_hold_of_a_link_is_the_grasp():
+def test_strongest_opposing_contacts_of_a_link_are_the_grasp():
     down = np.array([0.0, 0.0, -1.0])
     frame = (region(1), region(2, link_normal=down, force=0.5), region(3, link_normal=down, force=4.0))
     assert reported([frame])[0][-1] == ("began", "grasp", (1, 3))
@@ -278,7 +278,7 @@ def test_self_touch_is_one_event_for_both_sides():
     assert events[-1].links == ("forearm", "hand")
 
 
-def test_recent_is_newest_first_and_bounded():
+def test_recent_events_are_limited_and_newest_first():
     detector = EventDetector()
     _, events = reported([held(1)[0], ()] * 60, detector=detector)
     assert len(events) == 180

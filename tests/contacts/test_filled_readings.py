@@ -42,7 +42,7 @@ def without(pressures: np.ndarray, *taxels: int, value: float = 0.0) -> np.ndarr
     return read
 
 
-def test_missing_taxels_under_even_pressure_are_filled_in():
+def test_missing_taxels_under_uniform_pressure_are_estimated():
     even = np.full(len(SKIN), 5e3)
     filled = TaxelFill(SKIN, broken(HOLE)).fill(without(even, HOLE), threshold=THRESHOLD)
     assert filled.pressures[HOLE] == pytest.approx(5e3)
@@ -82,7 +82,7 @@ def test_nothing_is_estimated_across_patches():
     assert np.array_equal(TaxelFill(pair, mask).fill(read, threshold=THRESHOLD).pressures, read)
 
 
-def test_broken_taxels_among_broken_ones_are_blind():
+def test_broken_taxels_surrounded_by_broken_ones_are_blind():
     ring = neighbours(HOLE)
     fill = TaxelFill(SKIN, broken(HOLE, *ring))
     (area,) = fill.blind

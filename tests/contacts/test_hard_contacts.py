@@ -107,7 +107,7 @@ def test_full_force_of_a_finger_is_measured_along_the_stroke(name, model):
 @pytest.mark.rotating
 @pytest.mark.parametrize("model", EXACT)
 @pytest.mark.parametrize("name", PLACES)
-def test_a_stroke_never_jumps(name, model):
+def test_position_of_a_stroke_never_jumps(name, model):
     run = stroked(name, model)
     here = place(name)
     step = max(largest_jump(way) for way in here.ways)
@@ -117,7 +117,7 @@ def test_a_stroke_never_jumps(name, model):
 
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", ONE_PIECE)
-def test_one_finger_is_one_contact_all_the_way(name):
+def test_finger_gives_one_contact_along_the_whole_stroke(name):
     """Across a seam as well: its identity stays, and its place on the body moves as the finger does."""
     run = stroked(name, "water-fill")
     here = place(name)
@@ -129,7 +129,7 @@ def test_one_finger_is_one_contact_all_the_way(name):
 
 
 @pytest.mark.long
-def test_the_seam_is_crossed():
+def test_stroke_crosses_the_seam():
     """The contact is torn on the map while it is on the seam, and only then."""
     torn = [frame.regions[0].torn for frame in stroked("on a seam", "water-fill").frames if frame.regions]
     assert any(torn)
@@ -149,7 +149,7 @@ def test_contact_on_two_patches_is_two_regions_with_one_force(name):
 
 
 @pytest.mark.long
-def test_two_contacts_that_merge_become_one_of_the_two():
+def test_merged_contacts_keep_the_id_of_one():
     run = stroked("two that merge", "water-fill")
     count = [len(frame.regions) for frame in run.frames if frame.regions]
     assert count[0] == 2
@@ -163,7 +163,7 @@ def test_two_contacts_that_merge_become_one_of_the_two():
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("name", PLACES)
-def test_a_probe_is_felt_as_hard_as_its_spring_pushes(name, model):
+def test_measured_force_of_a_probe_equals_its_spring_force(name, model):
     """The contact at rest carries the force of the motors, by Hooke's law, on every kind of skin."""
     run = probed(name, model)
     check_numbers(run)
@@ -182,7 +182,7 @@ def test_a_probe_is_felt_as_hard_as_its_spring_pushes(name, model):
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("model", EXACT)
 @pytest.mark.parametrize("name", PLACES)
-def test_contact_is_never_lost_on_the_way(name, model):
+def test_contact_is_never_lost_along_the_stroke(name, model):
     run = probed(name, model)
     here = place(name)
     if model == "point" and any(read_share(frame) == 0 for frame in run.frames[run.at(0.2) :]):
@@ -198,7 +198,7 @@ def test_contact_is_never_lost_on_the_way(name, model):
 @pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", PLACES)
-def test_pressure_is_below_the_probe(name):
+def test_pressure_is_located_under_the_probe(name):
     """No taxel farther away than the ball and a cell reads anything."""
     run = probed(name, "water-fill")
     here = place(name)

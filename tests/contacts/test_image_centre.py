@@ -53,7 +53,7 @@ def test_image_centre_is_the_weighted_mean_of_the_rendered_pixels(pressures, pix
     assert found.force == centre(pressures).force
 
 
-def test_three_taxels_are_a_mean_of_places_and_normals_weighted_by_nearness(pressures):
+def test_centre_from_three_taxels_weights_positions_and_normals_by_proximity(pressures):
     usual = centre(pressures)
     found = centre(pressures, back_projection="three-taxels")
     assert np.array_equal(found.map_point, usual.map_point)
@@ -86,7 +86,7 @@ def test_unknown_setting_is_rejected_with_the_valid_ones(name, value):
     assert "Choose" in str(refused.value)
 
 
-def test_settings_change_while_it_runs_and_contacts_stay_who_they_are(pressures):
+def test_settings_can_change_during_a_session_without_new_contact_ids(pressures):
     pipeline = ContactPipeline(ROBOT, MAP, SensorEffects())
     posture = ROBOT.home
     before = pipeline.read(0, 0.0, posture, pressures)[0]

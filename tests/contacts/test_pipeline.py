@@ -16,7 +16,7 @@ from tests.support.touch import arm, prepared_bar
 
 
 @pytest.mark.parametrize(("noise", "threshold"), [(0.0, 1000.0), (333.0, 1000.0), (400.0, 1200.0), (2e3, 6e3)])
-def test_the_threshold_stays_above_the_noise(noise, threshold):
+def test_threshold_stays_above_the_noise(noise, threshold):
     assert ReadingSettings().threshold_for(SensorUncertainty(noise=noise)) == threshold
 
 
@@ -34,7 +34,7 @@ def test_the_threshold_stays_above_the_noise(noise, threshold):
         ({"threshold_pa": 1e3}, "contacts.threshold_pa.*no such key.*Did you mean threshold"),
     ],
 )
-def test_mistake_is_reported_with_its_place(values, words):
+def test_invalid_entry_is_reported_with_its_place(values, words):
     with pytest.raises(SceneError, match=words):
         reading_from(values)
 
@@ -69,7 +69,7 @@ def test_pipeline_returns_regions_and_events():
         (SensorEffects(sampling=Sampling(5.0)), MISSED / 5.0),
     ],
 )
-def test_how_long_a_contact_is_awaited_follows_the_sensor(sensor, wait):
+def test_time_to_wait_for_a_lost_contact_follows_from_the_sensor(sensor, wait):
     for waited, released in ((0.99 * wait, False), (1.01 * wait, True)):
         sense = ContactPipeline(BAR.robot, BAR.map, SensorEffects())
         sense.set_sensor_model(sensor)
@@ -127,7 +127,7 @@ def test_estimators_use_the_noise_of_the_contact(estimator):
     assert sense.estimates[region.id].noise == pytest.approx(10.0)
 
 
-def test_two_links_touched_apart_are_no_self_touch():
+def test_separate_touches_of_two_links_are_not_a_self_touch():
     prepared = arm()
     skin = prepared.skin
     pressed = np.zeros(len(prepared.skin))

@@ -104,7 +104,7 @@ def _surface_along(shape, direction):
 @pytest.mark.long
 @given(load=loads(), which=st.integers(0, 1))
 @examples(300)
-def test_the_sum_of_pressure_times_area_is_the_force(models, load, which):
+def test_sum_of_pressure_times_area_is_the_force(models, load, which):
     model = models[which]
     pressures = model.pressures([load])
     assert model.notes == ()
@@ -128,7 +128,7 @@ def test_several_loads_add_up(models, several, which):
 @pytest.mark.long
 @given(load=loads(st.floats(1e-3, 1e3)), seed=st.integers(0, 50), away=st.floats(0, 2.0))
 @examples(60)
-def test_a_link_moved_with_all_that_presses_it_feels_the_same(load, seed, away):
+def test_moving_a_link_with_its_loads_does_not_change_readings(load, seed, away):
     motion = Pose(Rotation.random(random_state=seed).as_matrix(), np.array([away, -0.3, 0.1]))
     patches = tuple(_moved(patch, motion) for patch in SKIN.patches if patch.link == load.link)
     moved = Load(
@@ -165,7 +165,7 @@ def _moved(patch: Patch, motion: Pose) -> Patch:
     volume=st.floats(1e-12, 1.0),
 )
 @examples(300)
-def test_the_level_of_water_is_that_of_bisection(floors, volume):
+def test_water_level_matches_bisection(floors, volume):
     gaps, areas = np.array(floors).T
     low = gaps.min()
     high = gaps.max() + volume / areas.min() + 1.0
@@ -297,7 +297,7 @@ def repeat(played: Session) -> list[Frame]:
 @pytest.mark.long
 @given(script=switches, press=st.integers(0, 3))
 @examples(20)
-def test_any_switches_give_frames_that_mean_something_and_repeat_bit_for_bit(script, press):
+def test_any_effect_switches_give_valid_frames_that_repeat_bit_for_bit(script, press):
     session, frames = play_toggles(script, press=press)
     assert sum(isinstance(act, EffectsChanged) for _, act in session.inputs) == len(script)
     for frame, other in zip(frames, repeat(session), strict=True):
@@ -309,7 +309,7 @@ def test_any_switches_give_frames_that_mean_something_and_repeat_bit_for_bit(scr
 @pytest.mark.long
 @given(script=switches, press=st.integers(0, 3))
 @examples(12)
-def test_switching_effects_moves_nothing_by_itself(script, press):
+def test_switching_effects_does_not_move_the_robot(script, press):
     """The robot continues from its posture at the switch, within the motion of one tick."""
     session, _ = play_toggles(script[:-1] or script, press=press)
     session.submit(PokeReleased(1))

@@ -9,7 +9,7 @@ from tactile_maps.contacts.detection.regions import SeamCrossings, TaxelGraph
 from tests.support.touch import arm
 
 
-def test_groups_are_the_connected_components_of_what_is_touched():
+def test_groups_are_connected_components_of_touched_taxels():
     skin = arm().skin
     random = np.random.default_rng(0)
     graph = TaxelGraph(skin)

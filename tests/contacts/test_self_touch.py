@@ -47,15 +47,15 @@ def test_other_pairs_are_not_linked(said):
     assert partners(pair(**said)) == [None, None]
 
 
-def test_uncertain_centres_may_be_farther_apart():
+def test_partners_with_uncertain_centres_may_be_farther_apart():
     assert partners(pair(link_position=np.array([-0.99, 0, 0]), place_error=0.01)) == [2, 1]
 
 
-def test_forces_known_badly_may_differ():
+def test_uncertain_forces_may_differ():
     assert partners(pair(force=1.5, force_error=0.2)) == [2, 1]
 
 
-def test_a_pair_stays_one_while_something_else_presses_one_side():
+def test_pair_is_kept_while_another_body_presses_one_side():
     touch = SelfTouchMatcher()
     assert partners(pair(), touch=touch) == [2, 1]
     assert partners(pair(force=1.5), touch=touch) == [2, 1]

@@ -47,7 +47,7 @@ def test_uniform_usage_is_read_as_force_usage_and_state(share, slip, angle):
     assert found.shear.force_error == pytest.approx(10.0 * np.sqrt((areas**2).sum()))
 
 
-def test_turning_tractions_are_read_as_a_torque():
+def test_rotating_tractions_are_read_as_a_torque():
     map_, pressures, region = pressed()
     arms = map_.skin.patches[0].taxels.positions - region.link_position
     turning = np.einsum("ijk,ik->ij", taxel_frames(map_)[:, :2], np.cross(region.link_normal, arms))
@@ -114,7 +114,7 @@ def frames():
     return [session.tick() for _ in range(1010 + round(STICKS / 0.005))]
 
 
-def test_a_pulled_ball_sticks_begins_to_slip_and_slides(frames):
+def test_pulled_ball_sticks_then_starts_to_slip_then_slides(frames):
     events = [(event.kind, event.phase) for frame in frames for event in frame.events if "slip" in event.kind]
     assert events == [("incipient-slip", "began"), ("slip", "began"), ("slip", "ended")]
     sliding = frames[700].regions[0].shear
@@ -125,7 +125,7 @@ def test_a_pulled_ball_sticks_begins_to_slip_and_slides(frames):
     assert (np.linalg.norm(frames[700].shear, axis=1) <= limits * (1 + 1e-9) + 1e-9).all()
 
 
-def test_a_behaviour_that_waits_for_slip_switches_shear_on():
+def test_behaviour_that_waits_for_slip_switches_shear_on():
     scene = replace(load_scene("slip"), outputs=("posture", "force"))
     assert not scene.effects.shear
     assert replace(scene, behaviours=({"on": "slip", "then": {"task": "retreat"}},)).effects.shear

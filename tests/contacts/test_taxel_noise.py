@@ -48,7 +48,7 @@ KINDS = {
 """Kinds of noise: samples, and the probability to exceed a limit."""
 
 
-def test_factors_are_quantiles_of_students_t():
+def test_factors_are_quantiles_of_the_student_t_distribution():
     freedom = np.array([1.5, 4.0, 49.0, 1e9])
     for deviations in (3.0, 6.0):
         factors = student_factor(deviations, freedom)
@@ -56,13 +56,13 @@ def test_factors_are_quantiles_of_students_t():
         assert factors[3] == deviations
 
 
-def test_taxels_that_are_alike_share_their_noise():
+def test_similar_taxels_share_their_noise():
     _, noise = tared(np.random.default_rng(0), np.full(TAXELS, 50.0), 5)
     assert noise.freedom.min() > 100
     assert noise.sd == pytest.approx(np.full(TAXELS, 50.0 * np.sqrt(1.2)), rel=0.1)
 
 
-def test_taxels_that_differ_keep_their_own_noise():
+def test_different_taxels_keep_their_own_noise():
     random = np.random.default_rng(0)
     sigma = two_decades(random)
     _, noise = tared(random, sigma, 50)
@@ -72,7 +72,7 @@ def test_taxels_that_differ_keep_their_own_noise():
     assert 4 < few.freedom.min() <= few.freedom.max() < 6
 
 
-def test_readings_that_never_differ_say_nothing_of_the_noise():
+def test_constant_readings_give_no_noise_estimate():
     counts = np.full(60, 20)
     assert estimate_noise(np.zeros(60), counts) is None
     spread = np.full(60, 10.0)
@@ -115,7 +115,7 @@ def test_several_taxels_above_their_thresholds_are_a_contact_although_each_alone
 @pytest.mark.parametrize("readings", [5, 10, 20, 50])
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("decades", [0, 2])
-def test_rate_of_false_contacts_holds_for_noise_that_is_not_normal(kind, readings, decades):
+def test_rate_of_false_contacts_is_kept_for_non_normal_noise(kind, readings, decades):
     """The average over tares is tested, from 20 readings; with fewer, a single tare may underestimate a heavy tail."""
     draw, exceeds = KINDS[kind]
     rates = []
@@ -131,7 +131,7 @@ def test_rate_of_false_contacts_holds_for_noise_that_is_not_normal(kind, reading
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_fifty_readings_of_like_taxels_keep_moderate_contacts(kind):
+def test_fifty_readings_of_similar_taxels_keep_moderate_contacts(kind):
     """A contact of 100 standard deviations on each of several taxels is found whatever the noise; normal noise at 7."""
     values = KINDS[kind][0](np.random.default_rng(0), (50, TAXELS))
     noise = estimate_noise(values.std(0), np.full(TAXELS, 50), tail_of_readings(values))
@@ -221,7 +221,7 @@ def test_false_contacts_in_an_hour_are_few(readings):
 
 
 @pytest.mark.parametrize("readings", [5, 50])
-def test_a_contact_above_the_noise_is_found(readings):
+def test_contact_above_the_noise_is_found(readings):
     random = np.random.default_rng(2)
     map_ = bar_map(TAXELS)
     sigma = two_decades(random) / 50

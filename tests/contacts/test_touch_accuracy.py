@@ -48,7 +48,7 @@ def press(*centres, kilopascals=20.0) -> np.ndarray:
 @pytest.mark.rotating
 @pytest.mark.parametrize("pace", [0.001, 0.005, 0.02])
 @pytest.mark.parametrize("noise", [0.0, 150.0])
-def test_a_wandering_contact_is_one_and_where_it_is(pace, noise):
+def test_moving_contact_is_one_contact_at_the_correct_position(pace, noise):
     """Up to 20 mm from frame to frame, two pitches: 4 m/s at 200 Hz."""
     random = np.random.default_rng(0)
     detector = ContactDetector(MAP)
@@ -61,7 +61,7 @@ def test_a_wandering_contact_is_one_and_where_it_is(pace, noise):
     assert max(missed) < 0.0015, "a seventh of the pitch"
 
 
-def test_nothing_is_counted_twice_or_lost():
+def test_each_touched_taxel_is_in_one_region_and_ids_are_unique():
     """Whatever is pressed: each touched taxel is in one region, and ids are all different."""
     random = np.random.default_rng(0)
     detector = ContactDetector(MAP)
@@ -116,7 +116,7 @@ def kinds(events, *expected: str) -> list[str]:
 @pytest.mark.long
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("rate", [5.0, 20.0, 100.0])
-def test_a_stroke_over_gaps_is_one_contact(rate, seed):
+def test_stroke_over_gaps_is_one_contact(rate, seed):
     random = np.random.default_rng(seed)
     session = session_at(rate)
     speed = 0.08
@@ -147,7 +147,7 @@ def test_a_stroke_over_gaps_is_one_contact(rate, seed):
 
 @pytest.mark.long
 @pytest.mark.parametrize("rate", [20.0, 100.0])
-def test_taps_in_one_place_are_as_many_as_they_are(rate):
+def test_repeated_taps_at_one_place_are_counted_correctly(rate):
     session = session_at(rate)
     events = []
     at = gappy().skin.taxel_point(130)
@@ -199,7 +199,7 @@ def test_contact_above_the_noise_is_found_and_keeps_its_id(noise):
     assert [seen for seen in ids if seen != [1]] == []
 
 
-def test_many_taxels_that_just_touch_are_a_contact_and_few_are_not():
+def test_many_lightly_touched_taxels_form_a_contact_and_few_do_not():
     """Four deviations on one taxel are noise, on nine they are not."""
     noise = 1000.0
     middle = int(np.hypot(*(SKIN.patches[0].taxels.positions[:, :2] - (0.2, 0.0)).T).argmin())
@@ -249,7 +249,7 @@ def wide() -> np.ndarray:
     return WaterFillModel(PITCHED_SKIN).pressures([sphere_load("bar", np.array([0.2, 0.0, 0.02]), UP, 200.0, 0.08)])
 
 
-def test_misplaced_taxels_scatter_the_centre_as_the_error_bars_say():
+def test_scatter_of_the_centre_for_misplaced_taxels_matches_the_error_bars():
     """The centre of pressure of taxels that sit elsewhere than they are said to, independently."""
     random = np.random.default_rng(0)
     sd = 0.002
@@ -270,7 +270,7 @@ def run() -> tuple[PreparedScene, tuple[Frame, ...]]:
 
 
 @pytest.mark.long
-def test_both_sides_are_linked_as_long_as_both_are_felt():
+def test_both_sides_are_linked_while_both_are_measured():
     _, frames = run()
     both = [frame.regions for frame in frames if len({region.link for region in frame.regions}) == 2]
     assert len(both) > 500, "they touch for seconds"
@@ -279,7 +279,7 @@ def test_both_sides_are_linked_as_long_as_both_are_felt():
 
 
 @pytest.mark.long
-def test_partners_feel_one_force_at_one_place():
+def test_partners_measure_the_same_force_at_the_same_place():
     prepared, frames = run()
     configuration = Configuration(prepared.robot)
     for frame in frames[::20]:
@@ -292,7 +292,7 @@ def test_partners_feel_one_force_at_one_place():
 
 
 @pytest.mark.long
-def test_events_of_self_touch_have_texts():
+def test_self_touch_events_have_descriptions():
     _, frames = run()
     events = [event for frame in frames for event in frame.events]
     assert [event.kind for event in events].count("self-touch") == 2

@@ -48,14 +48,14 @@ def lost(group: TaxelGroup, *, period: float = 0.0, gaps: bool = True) -> TrackM
     return made
 
 
-def test_contacts_are_not_awaited_by_default():
+def test_lost_contacts_are_dropped_immediately_by_default():
     unasked = TrackMemory(SKIN, BODY)
     unasked.lose(7, WIDE, 1.0)
     assert not unasked.may_return(1.0)
     assert unasked.find(WIDE, 1.0) is None
 
 
-def test_a_wide_contact_is_awaited_briefly():
+def test_lost_wide_contact_is_kept_briefly():
     assert len(WIDE.core) > 2
     assert lost(WIDE).may_return(1.0 + 0.99 * DWELL) == {7: "bar"}
     assert not lost(WIDE).may_return(1.0 + DWELL)
@@ -63,7 +63,7 @@ def test_a_wide_contact_is_awaited_briefly():
     assert lost(WIDE).find(WIDE, 1.0 + DWELL) is None
 
 
-def test_a_narrow_one_may_cross_a_gap():
+def test_narrow_one_may_cross_a_gap():
     nearby = around(0.2 + 2 * PITCH, 0.0)
     assert not LONE.core & nearby.core
     assert lost(LONE).find(nearby, 1.0 + 0.9 * GAP) == 7
@@ -79,14 +79,14 @@ def test_new_contact_at_the_same_place_is_another_tap():
     assert not again.may_return(1.0 + 1.1 * DWELL), "the first was let go"
 
 
-def test_a_slow_skin_may_miss_one_sample():
+def test_contact_of_a_slow_skin_is_kept_for_one_missed_sample():
     period = 0.2
     assert lost(WIDE, period=period).find(WIDE, 1.0 + 1.4 * period) == 7
     assert lost(WIDE, period=period).find(WIDE, 1.0 + 1.6 * period) is None
 
 
 @pytest.mark.parametrize("waited", [0.02, 0.2])
-def test_contact_comes_back_only_within_the_reach_of_a_finger(waited):
+def test_contact_is_recovered_only_within_the_reach_of_a_finger(waited):
     reached = max(BODY[sorted(LONE.core | LONE.ring), 0]) + SPEED * waited
     near = around(reached - 0.5 * PITCH, 0.0)
     far = around(reached + 1.5 * PITCH, 0.0)
@@ -185,7 +185,7 @@ class Walk:
         assert self.frame(set(range(11, 16)), forces=(sum(forces or (2.0,)),)) == [TrackId(1, merged=(2,))]
 
 
-def test_contacts_that_cross_exchange_their_places():
+def test_contacts_that_cross_swap_their_places():
     walk = Walk()
     walk.meeting()
     for _ in range(4):
@@ -203,13 +203,13 @@ def test_contacts_of_different_force_that_turn_back_keep_their_places(forces):
     assert [name.id for name in walk.frame({10, 11}, {15, 16}, forces=forces)] == [1, 2]
 
 
-def test_contacts_that_part_within_a_moment_are_where_they_were():
+def test_contacts_that_separate_quickly_keep_their_sides():
     walk = Walk()
     walk.meeting()
     assert [name.id for name in walk.frame({10, 11}, {15, 16})] == [1, 2]
 
 
-def test_contacts_that_merge_again_at_once_are_predicted_from_the_first_merge():
+def test_contacts_that_merge_again_immediately_are_predicted_from_the_first_merge():
     walk = Walk()
     walk.meeting()
     assert [name.id for name in walk.frame({10, 11}, {15, 16})] == [1, 2]
@@ -218,14 +218,14 @@ def test_contacts_that_merge_again_at_once_are_predicted_from_the_first_merge():
     assert [name.id for name in walk.frame({10, 11}, {15, 16})] == [2, 1], "meanwhile they crossed"
 
 
-def test_contacts_that_part_late_are_not_identified():
+def test_contacts_that_separate_late_are_not_identified():
     walk = Walk()
     walk.meeting()
     walk.now += PARTED
     assert walk.frame({10, 11}, {14, 15, 16}) == [TrackId(3, split_from=1), TrackId(1)]
 
 
-def test_a_third_part_of_two_contacts_is_new():
+def test_third_part_split_from_two_contacts_is_new():
     walk = Walk()
     walk.meeting()
     assert [name.id for name in walk.frame({10, 11}, {13}, {15, 16})] == [1, 3, 2]

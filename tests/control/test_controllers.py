@@ -230,7 +230,7 @@ def arm_bench(name="hybrid", **settings):
     [(1, False, -1), (0, True, -1), (1, True, 0)],
     ids=["drags the skin", "slides", "rests"],
 )
-def test_energy_given_along_the_skin_is_that_of_the_touching_body(skin, slides, share):
+def test_energy_given_along_the_skin_equals_the_work_on_the_touching_body(skin, slides, share):
     """A hand with 2 N along the skin: it moves with the skin, over skin at rest, or rests while the skin moves."""
     bench, one, _ = arm_bench(task="guide")
     configuration = Configuration(bench.prepared.robot)

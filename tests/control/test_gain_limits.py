@@ -94,7 +94,7 @@ def test_gain_used_as_given_is_reported_from_the_stability_limit_on():
     assert (limit.value, limit.bound, limit.period) == pytest.approx((1.01 * most, most, 0.05))
 
 
-def test_gains_for_a_slow_skin_are_held_to_a_share_and_reported():
+def test_gains_for_a_slow_skin_are_limited_to_a_share_and_reported():
     slow = SensorTiming(0.2, 0.1)
     bench = Bench(slow, force_gain=0.015, position_gain=4.0, integral_time=0.3)
     taken = bench.step()
@@ -109,7 +109,7 @@ def test_gains_for_a_slow_skin_are_held_to_a_share_and_reported():
     )
 
 
-def test_gains_for_a_quick_skin_are_held_to_what_the_joints_allow():
+def test_gains_for_a_fast_skin_are_limited_by_the_joints():
     high = Bench(force_gain=1.0)
     assert high.gain == pytest.approx(NOMINAL_SHARE * most_at(QUICK))
     assert high.gain < SAMPLED_SHARE * sampled_most(QUICK)

@@ -51,13 +51,13 @@ def between(first, second, *, apart=0.03, aside=0.0):
 
 
 @pytest.mark.parametrize(("force", "goal"), [(0.5, 3.0), (1.2, 3.0), (2.0, 5.0)])
-def test_goal_is_that_at_which_the_contact_uses_the_stated_share(force, goal):
+def test_goal_makes_the_contact_use_the_stated_share_of_friction(force, goal):
     found, limits = raised([dragged(force)])
     assert found == pytest.approx(goal)
     assert [limit.kind for limit in limits] == ([LimitKind.FORCE_GOAL_RAISED] if goal > 3.0 else [])
 
 
-def test_a_raised_goal_falls_slowly():
+def test_raised_goal_falls_slowly():
     grip = GripGoal()
     raised([dragged(2.0)], grip=grip)
     for _ in range(round(FALL / 0.005)):
@@ -65,19 +65,19 @@ def test_a_raised_goal_falls_slowly():
     assert goal == pytest.approx(3.0 + 2.0 * np.exp(-1), rel=1e-2)
 
 
-def test_a_goal_beyond_the_limit_is_stated():
+def test_goal_beyond_the_limit_is_reported():
     goal, (limit,) = raised([dragged(6.0)], replace(SETTINGS, max_force=10.0))
     assert goal == 8.0
     assert (limit.kind, limit.value, limit.bound) == (LimitKind.GRIP_LIMITED, pytest.approx(15.0), 8.0)
 
 
-def test_without_the_setting_the_goal_stays():
+def test_goal_is_unchanged_without_the_setting():
     settings = replace(SETTINGS, friction_use=float("inf"))
     assert raised([dragged(6.0)], settings) == (3.0, ())
 
 
 @pytest.mark.parametrize(("first", "second", "goal"), [(2.0, 2.0, 5.0), (7.0, -3.0, 5.0), (-3.0, 3.0, 3.0)])
-def test_object_between_two_contacts_needs_its_load_over_both_frictions(first, second, goal):
+def test_goal_of_opposing_contacts_is_the_load_over_the_sum_of_frictions(first, second, goal):
     """4 N on twice 0.5 of 0.8; what the contacts exert on each other through the object does not count."""
     held = between(first, second)
     assert raised(held, robot=bar())[0] == pytest.approx(goal)
@@ -86,12 +86,12 @@ def test_object_between_two_contacts_needs_its_load_over_both_frictions(first, s
 
 
 @pytest.mark.parametrize("way", [{"aside": 0.03}, {"apart": -0.03}], ids=["side by side", "back to back"])
-def test_contacts_that_do_not_oppose_each_other_bear_their_own_forces(way):
+def test_contacts_that_do_not_oppose_each_other_have_separate_goals(way):
     assert raised(between(7.0, -3.0, **way), robot=bar())[0] == pytest.approx(7.0 / 0.4)
 
 
 @pytest.mark.parametrize("friction_use", [0.7, pytest.param(float("inf"), marks=pytest.mark.long)])
-def test_a_pulled_contact_is_held_only_with_the_setting(friction_use):
+def test_pulled_contact_is_held_only_with_the_setting(friction_use):
     scene = load_scene("slip")
     settings = ControlSettings(controller="hold_force", force_goal=2.0, friction_use=friction_use)
     session = Session(prepare_cached(replace(scene, objects=(), control={})), settings=settings)

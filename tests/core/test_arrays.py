@@ -72,7 +72,7 @@ def test_dot_equals_the_matrix_product():
 
 
 @pytest.mark.parametrize("vector", [[], [3.0, 4.0], [1.0, -2.0, 2.0]])
-def test_length_is_the_euclidean_norm(vector):
+def test_length_equals_the_euclidean_norm(vector):
     assert length(np.array(vector)) == pytest.approx(np.linalg.norm(vector))
 
 
@@ -107,7 +107,7 @@ def test_frozen_value_copies_its_arrays():
     assert Samples(times).points is None
 
 
-def test_subclass_converts_its_own_arrays_too():
+def test_subclass_converts_its_own_arrays():
     samples = MarkedSamples([1, 2], marked=[0, 1])
     assert (samples.times.dtype, samples.marked.dtype) == (np.float64, np.bool_)
     assert not samples.marked.flags.writeable

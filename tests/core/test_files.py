@@ -295,7 +295,7 @@ def test_too_many_arrays_are_rejected():
         unpack_arrays(members(**{f"m{i}": b"" for i in range(10_001)}), error=SkinError)
 
 
-def test_false_shape_allocates_no_memory():
+def test_wrong_array_shape_in_a_header_allocates_no_memory():
     false_shape = npy(np.zeros(4)).replace(b"(4,)", b"(4000000000000,)")
     with pytest.raises(SkinError):
         unpack_arrays(members(header=HEADER, false_shape=false_shape), error=SkinError)

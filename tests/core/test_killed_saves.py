@@ -183,12 +183,12 @@ def test_killed_recording_keeps_all_but_the_last_chunk(child, tmp_path, every):
 
 @pytest.mark.long
 @pytest.mark.parametrize("every", [23, pytest.param(1, marks=pytest.mark.long)])
-def test_killed_recovery_leaves_a_complete_file_or_none(child, tmp_path, every):
+def test_killed_recovery_leaves_a_complete_file_or_no_file(child, tmp_path, every):
     there = child.call(recovered, tmp_path, every, seconds=SECONDS)
     assert not there[0]
     assert there[-1] or every > 1
 
 
 @pytest.mark.long
-def test_killed_claim_leaves_the_folder_free(child, tmp_path):
+def test_killed_process_releases_its_autosave_folder(child, tmp_path):
     assert child.call(claimed, tmp_path, seconds=SECONDS) >= 4

@@ -5,7 +5,7 @@ from __future__ import annotations
 from tactile_maps.core.progress import no_progress, part_of_progress
 
 
-def test_a_part_fills_its_share():
+def test_partial_progress_covers_its_share():
     heard: list[tuple[str, float]] = []
     part = part_of_progress(lambda text, fraction: heard.append((text, fraction)), 0.25, 0.75)
     inner = part_of_progress(part, 0.5, 1.0)

@@ -75,7 +75,7 @@ def test_solving_without_factored_matrix_raises_arithmetic_error(positive):
     [(30, 30, "_ByColumns"), (120, 120, "_Supernodal"), (4, 3000, "_ByColumns")],
     ids=["small", "square", "strip"],
 )
-def test_supernodes_factor_what_is_large_and_fills(monkeypatch, rows, columns, kind):
+def test_supernodes_are_used_for_large_matrices_with_fill_in(monkeypatch, rows, columns, kind):
     monkeypatch.undo()
     factor = SparseLDL()
     matrix = _grid(rows, columns)

@@ -7,7 +7,7 @@ import pytest
 from tactile_maps.core.timing import Stopwatch
 
 
-def test_stages_add_up_and_are_taken_once():
+def test_stage_times_are_summed_and_returned_once():
     times = iter([0.0, 0.5, 1.0, 1.25, 2.0, 4.0])
     watch = Stopwatch(clock=lambda: next(times))
     for name in ("a", "b", "a"):
@@ -19,7 +19,7 @@ def test_stages_add_up_and_are_taken_once():
     assert watch.take().ms == {}
 
 
-def test_a_stage_that_fails_still_counts():
+def test_failing_stage_is_timed():
     times = iter([0.0, 1.0])
     watch = Stopwatch(clock=lambda: next(times))
     with pytest.raises(ZeroDivisionError), watch.stage("a"):

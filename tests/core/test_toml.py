@@ -85,7 +85,7 @@ def test_every_key_is_found(path, line):
     assert key_lines(TEXT)[path] == line
 
 
-def test_other_text_is_not_a_key():
+def test_text_that_looks_like_a_key_is_not_a_key():
     lines = key_lines(TEXT)
     assert ("task",) not in lines
     assert ("effects",) not in lines
@@ -101,7 +101,7 @@ def test_missing_key_has_the_line_of_its_table():
 @pytest.mark.parametrize(
     "text", ["", "\n\n", "# only\n", "a=1", "a=1\r\nb=2\r\n", 'a = """x"""""\nb = 1', "a = ''''x''''\n"]
 )
-def test_odd_ends(text):
+def test_keys_are_found_in_unusual_toml_syntax(text):
     raw = tomllib.loads(text)
     assert {key for (key, *rest) in key_lines(text) if not rest} == set(raw)
 
@@ -253,7 +253,7 @@ more = { a = 1.5 }""")
         ("more = 1", "thing.more: this must be a table"),
     ],
 )
-def test_mistake_is_rejected_with_its_place(line, words):
+def test_invalid_value_is_rejected_with_its_place(line, words):
     with pytest.raises(SceneError, match=f"(?s)f, .*{words}"):
         read(f'[thing]\nname = "x"\n{line}')
 

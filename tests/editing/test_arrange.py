@@ -36,7 +36,7 @@ def _same(first, second, **kwargs):
         np.testing.assert_allclose(a, b, atol=1e-12, **kwargs)
 
 
-def test_a_move_moves_what_was_chosen(document):
+def test_move_applies_to_the_chosen_patches(document):
     moved = move(document, [0, 2], (0.1, -0.2))
     for number, step in ((0, (0.1, -0.2)), (1, (0, 0)), (2, (0.1, -0.2))):
         np.testing.assert_allclose(moved.map.uv[number], document.map.uv[number] + step, atol=1e-15)
@@ -50,19 +50,19 @@ def test_edit_without_change_returns_the_same_document(document):
     assert true_size(document, [0, 1, 2]) is document
 
 
-def test_a_turn_is_around_the_middle_of_all_and_counter_clockwise(document):
+def test_rotation_is_counter_clockwise_about_the_common_centre(document):
     turned = rotate(document, [0, 1], np.pi / 2)
     offset = document.map.uv[0] - _middle(document, [0, 1])
     expected = _middle(document, [0, 1]) + offset @ np.array([[0, 1], [-1, 0]])
     np.testing.assert_allclose(turned.map.uv[0], expected, atol=1e-12)
 
 
-def test_a_turn_about_a_point_leaves_it(document):
+def test_rotation_about_a_point_keeps_the_point(document):
     about = document.map.uv[1][5]
     np.testing.assert_allclose(rotate(document, [1], 1.3, about=about).map.uv[1][5], about, atol=1e-15)
 
 
-def test_turns_add_up_and_stay_small(document):
+def test_rotations_add_up_modulo_a_full_turn(document):
     turned = document
     for _ in range(24):
         turned = rotate(turned, [0], np.radians(15), about=np.zeros(2))
@@ -70,7 +70,7 @@ def test_turns_add_up_and_stay_small(document):
     assert abs(turned.layout.placements[0].angle) < 1e-12
 
 
-def test_mirroring_twice_is_nothing_and_once_turns_faces_over(document):
+def test_mirroring_once_flips_faces_and_twice_restores_them(document):
     once = mirror(rotate(document, [1], 0.4), [1])
     assert once.layout.placements[1].mirrored
     assert (signed_areas(once.map.uv[1], once.charts[1].faces) < 0).all()
@@ -78,7 +78,7 @@ def test_mirroring_twice_is_nothing_and_once_turns_faces_over(document):
     np.testing.assert_allclose(_middle(once, [1]), _middle(rotate(document, [1], 0.4), [1]), atol=1e-12)
 
 
-def test_scaling_changes_the_numbers_and_is_undone_exactly(document):
+def test_scaling_changes_placements_and_is_undone_exactly(document):
     large = scale(document, [2], 3.0)
     np.testing.assert_allclose(np.ptp(large.map.uv[2], axis=0), 3 * np.ptp(document.map.uv[2], axis=0))
     count = len(document.charts[2].faces)
@@ -89,13 +89,13 @@ def test_scaling_changes_the_numbers_and_is_undone_exactly(document):
 
 
 @pytest.mark.parametrize("factor", [0.0, -1.0, 0.01, 11.0, np.nan, np.inf])
-def test_an_absurd_scale_is_rejected(document, factor):
+def test_implausible_scale_is_rejected(document, factor):
     with pytest.raises(MapError, match=r"too small or too large|not finite"):
         scale(document, [0], factor)
 
 
 @pytest.mark.parametrize("by", [(1e7, 0.0), (0.0, np.nan), (np.inf, 0.0)])
-def test_an_absurd_move_is_rejected(document, by):
+def test_implausible_move_is_rejected(document, by):
     with pytest.raises(MapError, match=r"too far from the origin|not finite"):
         move(document, [0], by)
 
@@ -129,12 +129,12 @@ def test_repacking_all_separates_patches_and_keeps_their_rotation_and_scale(docu
         assert replace(new, offset=old.offset) == old
 
 
-def test_repacking_what_was_packed_is_the_first_layout(document):
+def test_repacking_a_packed_map_gives_the_same_layout(document):
     _same(repack(document), document)
     _same(repack(move(document, [1], (0.7, 0.2))), document)
 
 
-def test_repacking_some_brings_them_to_the_nearest_free_place(document):
+def test_repacking_chosen_patches_moves_them_to_the_nearest_free_place(document):
     onto = _middle(document, [1]) - _middle(document, [0])
     heap = move(document, [0], onto)
     assert overlaps(heap.map) > 0
@@ -144,12 +144,12 @@ def test_repacking_some_brings_them_to_the_nearest_free_place(document):
     assert np.linalg.norm(_middle(packed, [0]) - _middle(heap, [0])) < np.ptp(document.map.bounds, axis=0).max()
 
 
-def test_repacking_some_that_are_free_leaves_one_alone_where_it_is(document):
+def test_repacking_a_patch_without_overlap_keeps_it_in_place(document):
     away = move(document, [2], (5.0, 5.0))
     _same(repack(away, [2]), away)
 
 
-def test_repacking_no_patches_changes_nothing(document):
+def test_repacking_without_patches_has_no_effect(document):
     assert repack(document, []) is document
 
 

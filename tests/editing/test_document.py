@@ -18,31 +18,31 @@ def test_first_document_has_the_settings_of_the_map(document):
     assert all(patch.visible and not patch.pins for patch in document.patches)
 
 
-def test_an_edit_of_the_layout_shares_every_chart(document):
+def test_layout_edit_shares_all_charts_with_the_previous_document(document):
     moved = move(document, [1], (0.1, 0.0))
     assert all(a is b for a, b in zip(moved.charts, document.charts, strict=True))
     assert moved.skin is document.skin
     assert moved.map is not document.map
 
 
-def test_an_edit_of_the_tree_shares_the_whole_map(document):
+def test_tree_edit_shares_the_whole_map_with_the_previous_document(document):
     assert rename_patch(document, 0, "Forearm").map is document.map
 
 
-def test_a_tree_of_other_patches_is_rejected(document):
+def test_tree_with_patches_of_another_map_is_rejected(document):
     for change in ({"order": (0, 1)}, {"order": (0, 1, 1)}, {"patches": document.patches[:2]}):
         with pytest.raises(MapError, match="patch tree"):
             replace(document, **change)
 
 
-def test_only_patches_that_exist_can_be_chosen(document):
+def test_choosing_an_unknown_patch_is_rejected(document):
     assert document.chosen([2, 0, 2]) == [0, 2]
     for number in (-1, 3):
         with pytest.raises(MapError, match="unknown patch"):
             document.chosen([number])
 
 
-def test_a_resting_document_keeps_its_fields_and_computes_the_rest_again(document):
+def test_document_with_released_caches_keeps_its_fields_and_recomputes_caches(document):
     other = move(document, [1], (0.1, 0.0))
     before = other.map.taxel_points
     shared = document.charts[0].border
@@ -59,7 +59,7 @@ def test_release_caches_keeps_values_of_the_shared_map(document):
     assert document.map.taxel_points is points
 
 
-def test_documents_compare_by_who_they_are(document):
+def test_documents_compare_by_identity(document):
     assert document != MapDocument.of(document.map)
 
 
@@ -81,7 +81,7 @@ def test_patch_names_are_unique(document):
         rename_patch(document, 0, document.patches[1].name)
 
 
-def test_hiding_changes_no_map(document):
+def test_hiding_a_patch_does_not_change_the_map(document):
     hidden = show_patches(document, [0, 2], visible=False)
     assert [patch.visible for patch in hidden.patches] == [False, True, False]
     assert hidden.map is document.map
@@ -89,7 +89,7 @@ def test_hiding_changes_no_map(document):
 
 
 @pytest.mark.parametrize(("number", "to", "order"), [(0, 2, (1, 2, 0)), (2, 0, (2, 0, 1)), (1, 2, (0, 2, 1))])
-def test_a_patch_moves_in_the_tree(document, number, to, order):
+def test_patch_can_be_moved_in_the_tree(document, number, to, order):
     assert reorder_patch(document, number, to).order == order
     assert reorder_patch(document, number, number) is document
 

@@ -68,13 +68,13 @@ def test_saved_data_are_restored(edited, tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["map.npz"], "no half-written file is left"
 
 
-def test_a_plain_map_opens_as_a_new_document(document, tmp_path):
+def test_plain_map_opens_as_a_new_document(document, tmp_path):
     save_map(document.map, tmp_path / "map.npz")
     opened = load_document(tmp_path / "map.npz")
     assert document_to_bytes(opened) == document_to_bytes(document)
 
 
-def test_a_chart_from_elsewhere_survives(document):
+def test_imported_chart_is_saved_and_restored(document):
     charts = tuple(replace(chart, method="by hand") for chart in document.charts)
     other = MapDocument.of(replace(document.map, charts=charts))
     assert document_from_bytes(document_to_bytes(other)).patches[0].method == "by hand"
@@ -93,7 +93,7 @@ def test_a_chart_from_elsewhere_survives(document):
         ({"patches": [1, 2, 3]}, "patch 0, name"),
     ],
 )
-def test_a_broken_header_is_rejected(edited, header, says):
+def test_broken_header_is_rejected(edited, header, says):
     with pytest.raises(MapError, match=says):
         document_from_bytes(_changed(edited, header=header), file="x.npz")
 
@@ -121,7 +121,7 @@ def test_a_broken_header_is_rejected(edited, header, says):
         ("pins", [[True, 1.0, 0.0, 0.0, 0.0, 0.0]]),
     ],
 )
-def test_a_broken_patch_is_rejected_by_name(edited, key, value):
+def test_broken_patch_is_rejected_by_name(edited, key, value):
     with pytest.raises(MapError, match=f"x.npz, patch patch 1, {key}"):
         document_from_bytes(_changed(edited, patch={key: value}), file="x.npz")
 
@@ -143,13 +143,13 @@ def test_a_broken_patch_is_rejected_by_name(edited, key, value):
         ("importance", -np.ones(63)),
     ],
 )
-def test_a_broken_array_is_rejected_by_name(edited, name, values):
+def test_broken_array_is_rejected_by_name(edited, name, values):
     assert len(edited.skin.patches[1].surface.vertices) == 63
     with pytest.raises(MapError, match=f"x.npz, patch patch 1, {name}"):
         document_from_bytes(_changed(edited, **{f"_1_{name}": values}), file="x.npz")
 
 
-def test_a_document_without_a_map_is_rejected(edited):
+def test_document_without_a_map_is_rejected(edited):
     for values in (None, np.zeros(3)):
         with pytest.raises(MapError, match="no map"):
             document_from_bytes(_changed(edited, _map=values))
@@ -168,7 +168,7 @@ def test_unreadable_and_unwritable_files_are_errors(edited, tmp_path):
         save_document(edited, tmp_path / "file" / "map.npz")
 
 
-def test_a_file_of_an_absurd_size_is_not_read(tmp_path):
+def test_implausibly_large_file_is_not_read(tmp_path):
     with (tmp_path / "huge.npz").open("wb") as file:
         file.truncate(2**31)
     with pytest.raises(MapError, match="too large"):
@@ -183,7 +183,7 @@ def kept(document, tmp_path):
     return file
 
 
-def test_undo_to_the_saved_document_has_no_unsaved_changes(document, kept):
+def test_document_undone_to_its_saved_state_has_no_unsaved_changes(document, kept):
     history = History(document)
     assert not kept.unsaved(history.present)
     history.do("Move", move(document, [0], (0.1, 0.0)))
@@ -194,7 +194,7 @@ def test_undo_to_the_saved_document_has_no_unsaved_changes(document, kept):
     assert not kept.unsaved(history.redo())
 
 
-def test_a_new_document_has_no_file_yet(document):
+def test_new_document_has_no_file_yet(document):
     file = DocumentFile(None, None)
     assert file.unsaved(document)
     assert not file.autosave(document)
@@ -202,13 +202,13 @@ def test_a_new_document_has_no_file_yet(document):
         file.save(document)
 
 
-def test_an_opened_document_is_saved(document, kept):
+def test_opened_document_is_saved(document, kept):
     file, opened = DocumentFile.open(kept.path)
     assert not file.unsaved(opened)
     assert document_to_bytes(opened) == document_to_bytes(document)
 
 
-def test_only_what_changed_is_autosaved(document, kept):
+def test_only_changed_documents_are_autosaved(document, kept):
     moved = move(document, [0], (0.1, 0.0))
     assert not kept.autosave(document)
     assert kept.autosave(moved)
@@ -218,7 +218,7 @@ def test_only_what_changed_is_autosaved(document, kept):
     assert not kept.autosave_file.exists()
 
 
-def test_a_document_without_a_file_is_autosaved_in_a_folder(document, tmp_path):
+def test_document_without_a_file_is_autosaved_in_a_folder(document, tmp_path):
     file = DocumentFile(None, None, folder=tmp_path)
     assert file.autosave(document)
     assert document_to_bytes(load_document(file.autosave_file)) == document_to_bytes(document)
@@ -226,7 +226,7 @@ def test_a_document_without_a_file_is_autosaved_in_a_folder(document, tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["named.npz"]
 
 
-def test_saving_elsewhere_moves_on_and_leaves_the_old_file(document, kept, tmp_path):
+def test_saving_under_another_name_keeps_the_old_file_and_uses_the_new_one(document, kept, tmp_path):
     moved = move(document, [0], (0.1, 0.0))
     old = kept.path
     kept.autosave(moved)
@@ -237,7 +237,7 @@ def test_saving_elsewhere_moves_on_and_leaves_the_old_file(document, kept, tmp_p
     assert not list(tmp_path.glob("*.autosave"))
 
 
-def test_a_failed_save_changes_nothing(document, kept, tmp_path):
+def test_failed_save_changes_neither_file_nor_document(document, kept, tmp_path):
     moved = move(document, [0], (0.1, 0.0))
     (tmp_path / "file").write_bytes(b"")
     with pytest.raises(MapError, match="cannot be written"):

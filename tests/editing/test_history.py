@@ -29,7 +29,7 @@ def _done(history, count=5):
     return documents
 
 
-def test_everything_undone_is_the_first_document_itself_and_redone_the_last(history):
+def test_undoing_all_steps_returns_the_first_document_and_redoing_all_the_last(history):
     documents = _done(history)
     assert not history.can_redo
     for expected in documents[-2::-1]:
@@ -41,7 +41,7 @@ def test_everything_undone_is_the_first_document_itself_and_redone_the_last(hist
     assert history.redo() is documents[-1]
 
 
-def test_the_list_has_all_names_and_leads_to_each(history):
+def test_history_list_contains_all_steps_and_reaches_each(history):
     documents = _done(history)
     assert history.names == ("Open", *(f"Move {k}" for k in range(5)))
     assert history.go(2) is documents[2]
@@ -66,7 +66,7 @@ def test_unchanged_document_adds_no_step(history):
     assert history.names == ("Open",)
 
 
-def test_a_gesture_is_one_step_however_long(history):
+def test_gesture_of_any_length_is_one_step(history):
     first = history.present
     history.begin("Move")
     for later in _steps(first, 150)[1:]:
@@ -78,7 +78,7 @@ def test_a_gesture_is_one_step_however_long(history):
     assert history.undo() is first
 
 
-def test_a_cancelled_gesture_never_was(history):
+def test_cancelled_gesture_leaves_no_step(history):
     documents = _done(history, 2)
     history.go(1)
     history.begin("Move")
@@ -94,7 +94,7 @@ def test_gesture_without_change_is_not_a_step(history):
     assert (history.names, history.gesture) == (("Open",), "")
 
 
-def test_undo_in_a_gesture_leaves_the_gesture_only(history):
+def test_undo_during_a_gesture_only_cancels_the_gesture(history):
     documents = _done(history, 1)
     history.begin("Move")
     history.change(_steps(history.present, 1)[1])
@@ -104,7 +104,7 @@ def test_undo_in_a_gesture_leaves_the_gesture_only(history):
     assert history.gesture == ""
 
 
-def test_gestures_do_not_nest_and_nothing_else_happens_in_them(history):
+def test_nested_gestures_and_other_edits_during_a_gesture_are_rejected(history):
     with pytest.raises(MapError, match="no edit is in progress"):
         history.change(history.present)
     history.begin("Move")
@@ -115,7 +115,7 @@ def test_gestures_do_not_nest_and_nothing_else_happens_in_them(history):
         history.refine(history.present)
 
 
-def test_end_and_cancel_without_gesture_do_nothing(history):
+def test_end_and_cancel_without_gesture_have_no_effect(history):
     history.end()
     history.cancel()
     assert history.names == ("Open",)
@@ -131,7 +131,7 @@ def test_better_version_replaces_its_step(history):
     assert history.redo() is better
 
 
-def test_the_oldest_steps_are_forgotten_first(document):
+def test_oldest_steps_are_forgotten_first(document):
     history = History(document, most_steps=3)
     documents = _done(history, 10)
     assert history.names == ("Move 6", "Move 7", "Move 8", "Move 9")
@@ -157,7 +157,7 @@ def test_memory_of_the_history_is_bounded_and_released(document, reflattened):
     assert tight.names == ("Method",)
 
 
-def test_a_refined_step_holds_the_bytes_of_its_better_version_only(document, reflattened):
+def test_refined_step_keeps_only_the_memory_of_its_refined_version(document, reflattened):
     history = History(document)
     history.do("Method", reflattened)
     held = history._bytes
@@ -171,7 +171,7 @@ def test_a_refined_step_holds_the_bytes_of_its_better_version_only(document, ref
     assert history._bytes == again._bytes
 
 
-def test_steps_that_are_not_shown_hold_nothing_that_can_be_computed(history):
+def test_steps_other_than_the_current_one_keep_no_cached_values(history):
     documents = _done(history, 2)
     assert documents[2].map.taxel_points is not None
     history.undo()
@@ -179,6 +179,6 @@ def test_steps_that_are_not_shown_hold_nothing_that_can_be_computed(history):
     assert "taxel_points" not in vars(documents[0].map)
 
 
-def test_a_history_of_no_steps_is_rejected(document):
+def test_history_limit_of_zero_steps_is_rejected(document):
     with pytest.raises(MapError, match="at least one"):
         History(document, most_steps=0)

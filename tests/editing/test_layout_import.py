@@ -43,14 +43,14 @@ def _skin_with(skin, number, **changed):
     return Skin(tuple(patches))
 
 
-def test_saved_skin_is_the_same_skin_under_other_patch_names(document):
+def test_saved_skin_with_renamed_patches_is_recognized_as_the_same_skin(document):
     loaded = document_from_bytes(document_to_bytes(document)).skin
     assert loaded is not document.skin
     assert same_skin(document.skin, loaded)
     assert same_skin(document.skin, _skin_with(document.skin, 0, name="other"))
 
 
-def test_drawing_changed_in_another_program_places_the_patches(document, tmp_path):
+def test_drawing_edited_in_another_program_places_the_patches(document, tmp_path):
     path = tmp_path / "map.svg"
     write_svg(document.map, path)
     drawing, placed = read_svg_taxels(path)
@@ -82,7 +82,7 @@ def test_points_keep_their_place_on_the_body_on_the_map_of_another_skin(document
         np.testing.assert_allclose(*places, atol=1e-9)
 
 
-def test_points_are_on_no_other_map_if_their_link_is_bare_there_or_the_skin_is_too_far(document):
+def test_points_on_bare_links_or_too_far_from_the_skin_have_no_place_on_another_map(document):
     map_ = document.map
     points = np.array([map_.to_map(map_.skin.taxel_point(0))])
     assert points_on_other_map(points + 100.0, map_, map_) is None
@@ -137,7 +137,7 @@ def test_saved_maps_documents_and_drawings_are_read(document, tmp_path):
         np.testing.assert_allclose(other.points[order], document.map.taxel_points, atol=1e-6)
 
 
-def test_an_icub_layout_is_read_along_with_its_positions(tmp_path):
+def test_icub_layout_is_read_along_with_its_positions(tmp_path):
     document = MapDocument.of(build_map(skin_of(sheet(8, 6), taxels=36)))
     modules = tuple(LayoutModule(k, 0.1 * k, 0.02, 0.5 * k) for k in range(3))
     layout = IcubLayout("patch", modules)
@@ -188,7 +188,7 @@ def _drawn(document, scale=0.3):
     return turned, TaxelLayout(scale * turned.map.taxel_points)
 
 
-def test_patches_are_laid_over_their_drawing_at_true_size(document):
+def test_patches_are_aligned_with_their_drawing_at_true_size(document):
     turned, drawing = _drawn(document)
     arranged = arrange_as_drawn(document, drawing)
     assert [p.scale for p in arranged.layout.placements] == [1.0, 1.0, 1.0]
@@ -197,7 +197,7 @@ def test_patches_are_laid_over_their_drawing_at_true_size(document):
     assert arranged.charts == document.charts
 
 
-def test_part_that_is_not_drawn_is_unchanged(document):
+def test_patch_missing_in_the_drawing_is_unchanged(document):
     _, drawing = _drawn(document)
     first, end = document.skin.first[1:3]
     part = TaxelLayout(drawing.points[first:end], np.arange(first, end))
@@ -221,13 +221,13 @@ def test_pins_bring_the_map_to_the_drawing_without_flips(document):
     assert all(patch.pins for patch in pinned.patches)
 
 
-def test_a_drawing_of_the_map_itself_changes_nothing(document):
+def test_drawing_of_the_map_itself_does_not_change_it(document):
     drawing = TaxelLayout(document.map.taxel_points)
     pinned = apply_result(document, reflatten(pin_as_drawn(document, drawing)))
     np.testing.assert_allclose(pinned.map.taxel_points, document.map.taxel_points, atol=2e-3)
 
 
-def test_pins_are_few_and_apart(document):
+def test_proposed_pins_are_few_and_far_apart(document):
     _, drawing = _drawn(document)
     jobs = pin_as_drawn(document, drawing, most=5).jobs
     assert [len(job.edit.pins) for job in jobs] == [5, 5, 5]
@@ -235,14 +235,14 @@ def test_pins_are_few_and_apart(document):
     assert len(faces) == 5
 
 
-def test_a_drawing_of_nothing_is_rejected(document):
+def test_empty_drawing_is_rejected(document):
     nowhere = TaxelLayout(np.zeros((len(document.skin), 2)))
     for act in (arrange_as_drawn, pin_as_drawn):
         with pytest.raises(MapError, match="the drawing has no taxel of this skin"):
             act(document, nowhere)
 
 
-def test_sets_without_places_are_ignored_if_others_have_places(document):
+def test_taxel_sets_without_positions_are_ignored_if_others_have_them(document):
     (taxels, *_) = taxel_sets(document.skin, points=document.map.taxel_points)
     bare = TaxelSet("bare", taxels.link, taxels.numbers, taxels.positions)
     assert len(drawing_from_taxels([bare, taxels], document.skin).points) == len(taxels)

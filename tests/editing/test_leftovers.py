@@ -27,11 +27,11 @@ def autosaved(parent, document, *, path=None, scene=""):
     return claim.folder
 
 
-def test_nothing_is_found_without_a_folder(tmp_path):
+def test_missing_autosave_folder_gives_no_leftovers(tmp_path):
     assert find_leftovers(tmp_path / "none") == []
 
 
-def test_an_autosave_is_found_with_its_map_file_and_scene(document, tmp_path):
+def test_autosave_is_found_with_its_map_file_and_scene(document, tmp_path):
     path = tmp_path / "own.npz"
     path.write_bytes(b"older")
     os.utime(path, (1.0, 1.0))
@@ -44,7 +44,7 @@ def test_an_autosave_is_found_with_its_map_file_and_scene(document, tmp_path):
     found.release()
 
 
-def test_leftover_is_held_by_one_process_until_released(document, tmp_path):
+def test_leftover_autosave_is_locked_by_one_process_until_released(document, tmp_path):
     autosaved(tmp_path, document)
     (found,) = find_leftovers(tmp_path)
     assert find_leftovers(tmp_path) == []
@@ -54,7 +54,7 @@ def test_leftover_is_held_by_one_process_until_released(document, tmp_path):
     assert find_leftovers(tmp_path) == []
 
 
-def test_a_new_autosave_goes_to_another_folder_and_the_newest_comes_first(document, tmp_path):
+def test_new_autosave_uses_another_folder_and_leftovers_are_newest_first(document, tmp_path):
     first = autosaved(tmp_path, document)
     os.utime(first / AUTOSAVE_NAME, (1.0, 1.0))
     second = autosaved(tmp_path, move(document, [0], (0.1, 0.0)))
@@ -65,7 +65,7 @@ def test_a_new_autosave_goes_to_another_folder_and_the_newest_comes_first(docume
         one.release()
 
 
-def test_a_damaged_autosave_is_left_in_place(document, tmp_path):
+def test_damaged_autosave_is_not_deleted(document, tmp_path):
     folder = autosaved(tmp_path, document)
     (folder / AUTOSAVE_NAME).write_bytes(b"damaged")
     assert find_leftovers(tmp_path) == []

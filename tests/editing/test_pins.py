@@ -42,7 +42,7 @@ def _valid(document):
         np.testing.assert_allclose(chart.plane.min(axis=0), 0, atol=1e-12)
 
 
-def test_a_new_pin_moves_nothing(document, pinned):
+def test_adding_a_pin_does_not_change_the_map(document, pinned):
     np.testing.assert_allclose(pin_places(pinned, 1), [pinned.map.to_map(at) for at in (FIRST, SECOND)], atol=1e-12)
     assert all(a is b for a, b in zip(pinned.charts, document.charts, strict=True))
     assert pin_places(document, 1).shape == (0, 2)
@@ -53,7 +53,7 @@ def test_pins_move_with_their_patch(pinned):
     np.testing.assert_allclose(pin_places(turned, 1), [turned.map.to_map(at) for at in (FIRST, SECOND)], atol=1e-12)
 
 
-def test_a_place_is_pinned_once_and_only_on_the_patch(pinned):
+def test_second_pin_at_a_place_and_pin_off_the_patch_are_rejected(pinned):
     with pytest.raises(MapError, match="pin is already"):
         add_pin(pinned, FIRST)
     for at in (replace(FIRST, face=-1), replace(FIRST, face=10_000), replace(FIRST, weights=(1.0, 1.0, -1.0))):
@@ -63,7 +63,7 @@ def test_a_place_is_pinned_once_and_only_on_the_patch(pinned):
         add_pin(pinned, replace(FIRST, patch=7))
 
 
-def test_a_nudged_pin_reaches_its_place_and_the_other_stays(pinned):
+def test_nudged_pin_reaches_its_target_and_others_do_not_move(pinned):
     goal = pin_places(pinned, 1)[0] + [0.004, -0.003]
     new = apply_result(pinned, reflatten(nudge_pins(pinned, {1: [0]}, (0.004, -0.003))))
     size = np.ptp(pinned.map.boxes[1], axis=0).max()
@@ -109,7 +109,7 @@ def test_unknown_pins_and_invalid_places_are_rejected(pinned):
     assert remove_pins(pinned, 1, []).jobs == ()
 
 
-def test_pins_of_several_patches_are_nudged_and_taken_out_in_one_step(pinned):
+def test_pins_of_several_patches_are_nudged_or_removed_in_one_step(pinned):
     both = add_pin(pinned, SurfacePoint(2, 5, (0.2, 0.3, 0.5)))
     asked = nudge_pins(both, {1: [1], 2: [0]}, (0.002, -0.001))
     assert [job.number for job in asked.jobs] == [1, 2]

@@ -348,7 +348,7 @@ def act(patch, chart, what, *how):
 @pytest.mark.long
 @examples(150, derandomize=True)
 @given(st.integers(0, len(SURFACES) - 1), st.booleans(), st.sampled_from([0.0, 0.6, 1.0]), st.lists(acts, max_size=14))
-def test_random_drags_make_no_flip(which, by_proxy, lengths, done):
+def test_random_drags_cause_no_flipped_triangle(which, by_proxy, lengths, done):
     surface = SURFACES[which]
     chart = CHARTS[which]
     patch = PinnedPatch(surface, chart, lengths=lengths, whole=100 if by_proxy else 10**6)
@@ -394,7 +394,7 @@ def pulled(surface, chart, faces, moves):
 
 
 @pytest.mark.parametrize("which", range(len(SURFACES)))
-def test_the_order_of_faces_and_pins_does_not_matter(which):
+def test_order_of_faces_and_pins_does_not_matter(which):
     surface = SURFACES[which]
     chart = CHARTS[which]
     faces = np.array([3, 50, 150])
@@ -412,7 +412,7 @@ def test_the_order_of_faces_and_pins_does_not_matter(which):
 @pytest.mark.parametrize("which", range(len(SURFACES)))
 @examples(5, derandomize=True)
 @given(turn=st.floats(-3, 3), shift=st.tuples(st.floats(-2, 2), st.floats(-2, 2)), size=st.sampled_from([0.01, 1, 100]))
-def test_turned_moved_and_enlarged_it_is_the_same(which, turn, shift, size):
+def test_drag_is_invariant_to_rotation_translation_and_scale(which, turn, shift, size):
     surface = SURFACES[which]
     chart = CHARTS[which]
     faces = np.array([3, 50, 150])

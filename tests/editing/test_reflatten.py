@@ -62,7 +62,7 @@ def test_unchanged_settings_need_no_job(document):
     assert apply_result(document, reflatten(asked)) is document
 
 
-def test_a_request_and_its_result_cross_processes(document):
+def test_request_and_result_can_be_sent_between_processes(document):
     result = pickle.loads(pickle.dumps(reflatten(pickle.loads(pickle.dumps(set_method(document, [2], "lscm"))))))
     new = apply_result(document, result)
     assert not new.charts[2].plane.flags.writeable
@@ -79,7 +79,7 @@ def test_result_for_changed_patch_is_rejected(document, reflattened):
         apply_result(MapDocument.of(apply_result(document, late).map), late)
 
 
-def test_edit_that_does_not_concern_the_chart_keeps_results_valid(document):
+def test_result_stays_valid_after_an_unrelated_edit(document):
     result = reflatten(set_method(document, [1], "tutte"))
     meanwhile = show_patches(
         rename_patch(move(rotate(document, [0, 1], 0.2), [1], (0.1, 0.0)), 1, "Palm"), [1], visible=False
@@ -89,12 +89,12 @@ def test_edit_that_does_not_concern_the_chart_keeps_results_valid(document):
     assert new.layout.placements[1].angle == meanwhile.layout.placements[1].angle
 
 
-def test_undone_and_redone_a_document_is_what_it_was(document):
+def test_undo_and_redo_restore_the_document(document):
     result = reflatten(set_method(document, [1], "tutte"))
     assert apply_result(MapDocument.of(document.map), result).charts[1].method == "tutte"
 
 
-def test_gain_is_known_before_the_result_is_applied(document, reflattened):
+def test_gain_is_reported_before_the_result_is_applied(document, reflattened):
     (gain,) = reflatten(set_method(reflattened, [1], "symmetric-dirichlet")).gains
     assert gain == pytest.approx(reflattened.charts[1].energies[-1] - document.charts[1].energies[-1])
     assert gain > 0
@@ -117,7 +117,7 @@ def test_progress_is_reported_and_may_cancel(document):
 
 
 @pytest.mark.parametrize("lengths", [-0.1, 1.1, np.nan])
-def test_the_slider_has_two_ends(document, lengths):
+def test_share_of_lengths_outside_zero_to_one_is_rejected(document, lengths):
     with pytest.raises(MapError, match=r"share of lengths is out of range.*Choose 0 to 1"):
         set_lengths(document, [0], lengths)
 
@@ -131,14 +131,14 @@ def test_method_without_slider_rejects_and_resets_it(document, reflattened):
         set_method(document, [0], "by magic")
 
 
-def test_pins_keep_what_the_method_keeps(document):
+def test_pins_use_the_share_of_lengths_of_the_method(document):
     patch = document.patches[0]
     kept = [kept_lengths(replace(patch, method=name, lengths=0.3)) for name in ("symmetric-dirichlet", "lscm", "arap")]
     assert kept == [0.3, 0.0, 1.0]
     assert kept_lengths(replace(patch, method="by hand")) == 1.0
 
 
-def test_a_chart_from_elsewhere_is_kept_until_a_method_is_chosen(document):
+def test_imported_chart_is_kept_until_a_method_is_chosen(document):
     foreign = [replace(chart, method="by hand") for chart in document.charts]
     other = MapDocument.of(replace(document.map, charts=tuple(foreign)))
     same = apply_result(other, reflatten(request_reflatten(other, "Again", [(1, other.patches[1])], anyway=True)))
@@ -157,7 +157,7 @@ def test_pinned_patch_with_new_cuts_keeps_its_position(document):
     np.testing.assert_allclose(new.charts[2].plane.min(axis=0), 0, atol=1e-15)
 
 
-def test_a_chart_is_laid_over_another_of_its_surface(document):
+def test_chart_is_aligned_with_another_chart_of_its_surface(document):
     chart = document.charts[0]
     other = replace(chart, plane=Placement(2.0, (0.3, -0.1)).apply(chart.plane))
     np.testing.assert_allclose(_laid_over(chart, other).plane, other.plane, atol=1e-12)

@@ -39,7 +39,7 @@ def _pairs(edges):
     return {tuple(edge) for edge in np.sort(edges, axis=1).tolist()}
 
 
-def test_a_drawn_seam_is_cut(document):
+def test_drawn_seam_is_cut(document):
     asked = draw_seam(document, 1, [_vertex(4, 0), _vertex(4, 4)])
     new = _done(document, asked)
     expected = {(_vertex(4, k), _vertex(4, k + 1)) for k in range(4)}
@@ -48,13 +48,13 @@ def test_a_drawn_seam_is_cut(document):
     assert not len(document.charts[1].seams)
 
 
-def test_seams_add_up(document):
+def test_second_seam_is_added_to_the_first(document):
     new = _done(document, draw_seam(document, 1, [_vertex(2, 0), _vertex(2, 3)]))
     new = _done(new, draw_seam(new, 1, [_vertex(6, 6), _vertex(6, 3)]))
     assert len(new.charts[1].seams) == 6
 
 
-def test_a_seam_that_would_cut_the_patch_in_two_is_rejected(document):
+def test_seam_that_would_cut_the_patch_in_two_is_rejected(document):
     with pytest.raises(SeamCutsPatch, match="in two"):
         draw_seam(document, 1, [_vertex(4, 0), _vertex(4, 6)])
     half = _done(document, draw_seam(document, 1, [_vertex(4, 0), _vertex(4, 3)]))
@@ -76,7 +76,7 @@ def test_erasing_an_edge_without_seam_is_rejected(document):
         draw_seam(document, 9, [0, 1])
 
 
-def test_an_erased_seam_is_closed_and_the_others_stay(document):
+def test_erased_seam_is_closed_and_others_remain(document):
     new = _done(document, draw_seam(document, 1, [_vertex(2, 0), _vertex(2, 3)]))
     new = _done(new, draw_seam(new, 1, [_vertex(6, 6), _vertex(6, 3)]))
     first = [(_vertex(2, k), _vertex(2, k + 1)) for k in range(3)]
@@ -117,7 +117,7 @@ def test_proposal_has_a_gain_and_is_accepted_unchanged(deep):
         propose_seam(deep, 0, more=0)
 
 
-def test_a_seam_goes_around_an_area_of_interest(document):
+def test_seam_goes_around_an_area_of_interest(document):
     inside = [_vertex(column, row) for column in (3, 4, 5) for row in (0, 1, 2, 3)]
     painted = _done(document, paint_interest(document, 1, inside))
     drawn = draw_seam(painted, 1, [_vertex(2, 0), _vertex(6, 1)]).jobs[0].edit.seams.drawn
@@ -129,7 +129,7 @@ def test_a_seam_goes_around_an_area_of_interest(document):
     assert len(draw_seam(clear, 1, [_vertex(4, 0), _vertex(4, 3)]).jobs) == 1
 
 
-def test_a_tube_is_cut_where_nothing_is_of_interest(document):
+def test_tube_is_cut_outside_the_area_of_interest(document):
     along = np.unique(document.charts[0].seams)
     new = _done(document, paint_interest(document, 0, along))
     assert not set(new.charts[0].seams.ravel().tolist()) & set(along.tolist())

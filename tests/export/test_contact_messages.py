@@ -23,7 +23,7 @@ def region():
     return replace(found, force_error=0.2, place_error=0.003)
 
 
-def test_force_presses_against_the_normal_with_the_arm_of_its_place(region):
+def test_force_points_against_the_normal_with_the_moment_about_the_link(region):
     one = contact_wrench(region)
     np.testing.assert_allclose(one.wrench, [0, 0, -region.force, 0, 0, 0], atol=1e-12)
     link = link_wrench([region, region])
@@ -32,7 +32,7 @@ def test_force_presses_against_the_normal_with_the_arm_of_its_place(region):
     np.testing.assert_allclose(link.wrench[:3], 2 * one.wrench[:3])
 
 
-def test_covariance_is_that_of_random_forces_and_places(region):
+def test_covariance_matches_that_of_random_forces_and_positions(region):
     random = np.random.default_rng(0)
     count = 200_000
     arm = 2 / 3 * np.sqrt(region.area / np.pi)

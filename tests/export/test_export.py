@@ -21,7 +21,7 @@ class CancelledError(Exception):
 @pytest.mark.long
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("to", HERE)
-def test_a_cancelled_export_leaves_nothing(player, tmp_path, to):
+def test_cancelled_export_leaves_no_file(player, tmp_path, to):
     def progress(_text, share):
         if share > 0.3:
             raise CancelledError
@@ -53,12 +53,12 @@ def test_file_is_replaced_on_request(player, tmp_path):
     assert target.stat().st_size > 1000
 
 
-def test_an_unknown_format_names_the_nearest(player, tmp_path):
+def test_unknown_format_names_the_nearest(player, tmp_path):
     with pytest.raises(ExportError, match="Did you mean parquet"):
         export_recording(player, tmp_path / "out", to="parket")
 
 
-def test_the_command_line_offers_all_formats():
+def test_command_line_offers_all_formats():
     assert tuple(FORMATS) == EXPORT_FORMATS
 
 
@@ -74,7 +74,7 @@ def test_the_command_line_offers_all_formats():
         ("rerun", "rerun", "rerun-sdk>="),
     ],
 )
-def test_missing_package_error_says_how_to_install_it(player, tmp_path, monkeypatch, to, module, package):
+def test_missing_package_error_states_the_install_command(player, tmp_path, monkeypatch, to, module, package):
     monkeypatch.setitem(sys.modules, module, None)
     with pytest.raises(ExportError, match=rf"{sys.executable} -m pip install .*'{package}"):
         export_recording(player, tmp_path / "out", to=to)
@@ -82,7 +82,7 @@ def test_missing_package_error_says_how_to_install_it(player, tmp_path, monkeypa
 
 
 @pytest.mark.parametrize("options", [{"image_width": -1}, {"image_width": 4000}, {"rate": 0.0}])
-def test_sizes_have_bounds(options):
+def test_image_sizes_out_of_range_are_rejected(options):
     with pytest.raises(ExportError):
         ExportOptions(**options)
 

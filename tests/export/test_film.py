@@ -59,7 +59,7 @@ def test_frames_are_the_drawn_pictures(pictures, player, frames):
     assert np.abs(canvas.picture(shown[0]).astype(int) - drawn).max() > 100
 
 
-def test_an_edited_map_is_drawn_from_its_tick_on(pictures, player):
+def test_edited_map_is_drawn_from_the_tick_of_the_edit(pictures, player):
     tick = next(tick for tick, act in player.inputs if type(act).__name__ == "MapEdited")
     number = int(np.ceil(tick * player.prepared.scene.tick * 20.0)) + 1
     assert np.abs(pictures[number].astype(int) - pictures[0]).mean() > 3

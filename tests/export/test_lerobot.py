@@ -24,7 +24,7 @@ def folder(player, tmp_path_factory):
     return target
 
 
-def test_rows_are_the_frames_in_single_precision(folder, frames):
+def test_rows_contain_the_frames_in_single_precision(folder, frames):
     rows = parquet.read_table(folder / "data/chunk-000/file-000.parquet").to_pydict()
     for key, part in (
         ("observation.tactile", lambda frame: frame.pressures),
@@ -38,7 +38,7 @@ def test_rows_are_the_frames_in_single_precision(folder, frames):
 
 
 @OF_TORCHVISION
-def test_lerobots_own_loader_reads_the_same(folder, frames):
+def test_loader_of_lerobot_reads_the_same_data(folder, frames):
     """LeRobotDataset itself, which brings torch (4 GB): a job of its own, see the guide's data page."""
     datasets = pytest.importorskip("lerobot.datasets.lerobot_dataset", reason="lerobot is not installed (4 GB)")
     data = datasets.LeRobotDataset("local/touch", root=folder, video_backend="pyav")
@@ -50,7 +50,7 @@ def test_lerobots_own_loader_reads_the_same(folder, frames):
 
 
 @OF_TORCHVISION
-def test_lerobots_own_loader_reads_windows_and_places_of_taxels(player, frames, tmp_path):
+def test_loader_of_lerobot_reads_windows_and_positions_of_taxels(player, frames, tmp_path):
     """Needs LeRobot, see above."""
     datasets = pytest.importorskip("lerobot.datasets.lerobot_dataset", reason="lerobot is not installed (4 GB)")
     target = tmp_path / "windows"
@@ -66,7 +66,7 @@ def test_lerobots_own_loader_reads_windows_and_places_of_taxels(player, frames, 
     assert points.shape == (len(frames[0].pressures), 6)
 
 
-def test_features_say_what_the_columns_are(folder, player):
+def test_features_describe_the_columns(folder, player):
     info = json.loads((folder / "meta/info.json").read_text())
     schema = parquet.read_schema(folder / "data/chunk-000/file-000.parquet")
     assert info["codebase_version"] == "v3.0"
@@ -89,7 +89,7 @@ def test_features_say_what_the_columns_are(folder, player):
     np.testing.assert_allclose(times, np.arange(len(player)) / 200, atol=1e-4)
 
 
-def test_statistics_are_those_of_all_frames(folder, frames):
+def test_statistics_cover_all_frames(folder, frames):
     stats = json.loads((folder / "meta/stats.json").read_text())["observation.tactile"]
     pressures = np.array([frame.pressures for frame in frames], dtype=np.float32).astype(float)
     for name, values in (
@@ -103,7 +103,7 @@ def test_statistics_are_those_of_all_frames(folder, frames):
 
 
 @pytest.mark.long
-def test_a_gap_begins_another_episode(damaged, tmp_path):
+def test_gap_starts_another_episode(damaged, tmp_path):
     player = export_recording(damaged, tmp_path / "set", to="lerobot")
     (first, second) = parquet.read_table(tmp_path / "set/meta/episodes/chunk-000/file-000.parquet").to_pylist()
     assert first["dataset_to_index"] == second["dataset_from_index"] == first["length"]
@@ -118,13 +118,13 @@ def test_a_gap_begins_another_episode(damaged, tmp_path):
     assert "frames missing" in info["tactile_maps"]["damage"]
 
 
-def test_tasks_are_indexed_by_their_words(folder, player):
+def test_tasks_are_indexed_by_their_text(folder, player):
     table = parquet.read_table(folder / "meta/tasks.parquet")
     assert json.loads(table.schema.metadata[b"pandas"])["index_columns"] == ["task"]
     assert table.to_pydict() == {"task_index": [0], "task": [player.prepared.scene.name]}
 
 
-def test_labelled_episodes_are_the_episodes_and_their_instructions_the_tasks(path, tmp_path):
+def test_labelled_episodes_are_exported_with_their_instructions_as_tasks(path, tmp_path):
     copy = tmp_path / "labelled.mcap"
     copy.write_bytes(path.read_bytes())
     said = (
@@ -202,6 +202,6 @@ def test_lower_rate_keeps_all_readings_since_the_previous_row_as_a_window(player
     np.testing.assert_allclose(stats["observation.tactile_window"]["max"], windows.max(axis=0), rtol=1e-6)
 
 
-def test_rate_above_that_of_the_readings_is_refused(player, tmp_path):
+def test_rate_above_that_of_the_readings_is_rejected(player, tmp_path):
     with pytest.raises(ExportError, match=r"invalid number of rows a second \(found: 300\)\. Choose 1 to 200"):
         export_recording(player, tmp_path / "set", to="lerobot", options=ExportOptions(fps=300))

@@ -72,7 +72,7 @@ def test_frames_reach_a_viewer(viewer):
         assert not live.gone
 
 
-def test_a_viewer_that_is_closed_is_left_alone_and_leaving_does_not_wait():
+def test_closed_viewer_is_ignored_and_closing_does_not_block():
     pytest.importorskip("rerun", reason="rerun-sdk is not installed (extra rerun)")
     session = Session(prepared_bar())
     with socket.create_server(("127.0.0.1", 0)) as viewer:

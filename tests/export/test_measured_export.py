@@ -61,7 +61,7 @@ def _rows(folder, table):
     return list(csv.DictReader((folder / f"{table}.csv").read_text().splitlines()))
 
 
-def test_csv_tells_counts_and_when_they_were_sent(player, tmp_path):
+def test_csv_contains_counts_and_their_send_times(player, tmp_path):
     folder = exported(player, tmp_path / "out", "csv")
     rows = _rows(folder, "pressures")[1:]
     assert [float(row["sent_s"]) for row in rows] == list(TIMES)
@@ -79,7 +79,7 @@ def test_csv_tells_counts_and_when_they_were_sent(player, tmp_path):
     assert {row["force_N"] for row in _rows(folder, "events")} == {"nan"}
 
 
-def test_calibration_during_a_recording_gives_columns_of_both_units(changed, tmp_path):
+def test_calibration_during_a_recording_gives_columns_in_both_units(changed, tmp_path):
     arrays = np.load(exported(changed, tmp_path / "out.npz", "npz"))
     known = np.isfinite(arrays["pressures.pressure_Pa"]).all(axis=1)
     assert known.tolist() == [False] * 5 + [True] * 3
@@ -91,7 +91,7 @@ def test_calibration_during_a_recording_gives_columns_of_both_units(changed, tmp
     assert np.allclose(forces[3:], 3.0, rtol=0.05)
 
 
-def test_parquet_names_the_taxels_of_what_was_sent(player, tmp_path):
+def test_parquet_names_the_taxels_that_were_sent(player, tmp_path):
     parquet = pytest.importorskip("pyarrow.parquet", reason="pyarrow is not installed (extra export)")
     table = parquet.read_table(exported(player, tmp_path / "out", "parquet") / "pressures.parquet")
     field = table.schema.field("raw_counts")
@@ -99,7 +99,7 @@ def test_parquet_names_the_taxels_of_what_was_sent(player, tmp_path):
     assert np.array_equal(table["raw_counts"][3].as_py(), PRESSED)
 
 
-def test_a_silence_ends_an_episode_and_no_gap_of_ticks_does(player):
+def test_silence_ends_an_episode_and_a_gap_of_ticks_does_not(player):
     assert [(one.first, one.frames) for one in episodes(player)] == [(0, 6), (6, 2)]
 
 
@@ -124,7 +124,7 @@ def test_lerobot_has_rows_at_equal_steps_in_counts(player, changed, tmp_path):
 
 @pytest.mark.long
 @pytest.mark.parametrize("to", ["csv", "parquet", "npz", "hdf5", "lerobot", "rosbag2"])
-def test_a_skin_without_joints_is_exported(tmp_path, to):
+def test_skin_without_joints_is_exported(tmp_path, to):
     bare = as_measured(prepared_bar(hinged=False))
     session = MeasuredSession(bare)
     with Recorder(bare, tmp_path / "felt.mcap", measured="a file") as recorder:
@@ -135,7 +135,7 @@ def test_a_skin_without_joints_is_exported(tmp_path, to):
     exported(RecordingPlayer(tmp_path / "felt.mcap"), tmp_path / "out", to)
 
 
-def test_a_skin_that_sends_pressure_needs_no_counts(tmp_path):
+def test_skin_that_sends_pressure_needs_no_counts(tmp_path):
     arrays = np.load(exported(recorded(tmp_path / "felt.mcap", unit=Unit.PASCAL), tmp_path / "out.npz", "npz"))
     assert "pressures.reading_counts" not in arrays
     assert np.array_equal(arrays["pressures.raw_Pa"][-1], PRESSED)

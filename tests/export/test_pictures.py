@@ -11,7 +11,7 @@ from tactile_maps.maps.pressure_colours import COLOURS
 pytestmark = pytest.mark.long
 
 
-def test_the_size_is_even_and_the_bar_runs_from_dark_to_pale(player, frames):
+def test_image_size_is_even_and_colour_bar_runs_from_dark_to_pale(player, frames):
     canvas = FilmFrame(player.prepared.map, 10.0)
     width, height = canvas.size
     picture = canvas.picture(frames[0])
@@ -23,7 +23,7 @@ def test_the_size_is_even_and_the_bar_runs_from_dark_to_pale(player, frames):
     assert (bar[inside[-1] :] == COLOURS[0]).all(axis=1).any()
 
 
-def test_a_contact_is_marked_where_it_is(player, frames):
+def test_contact_is_marked_at_its_position(player, frames):
     canvas = FilmFrame(player.prepared.map, 50.0)
     frame = next(frame for frame in frames[:60] if frame.regions)
     blue = (canvas.picture(frame) == (31, 119, 180)).all(axis=2)

@@ -12,7 +12,7 @@ from tactile_maps.export.export import export_recording
 pytest.importorskip("rerun", reason="rerun-sdk is not installed (extra rerun)")
 
 
-def test_rerun_prints_what_is_there(player, tmp_path):
+def test_rerun_file_contains_all_components(player, tmp_path):
     target = tmp_path / "out.rrd"
     export_recording(player, target, to="rerun")
     command = [sys.executable, "-m", "rerun", "rrd", "print", "-vv", str(target)]

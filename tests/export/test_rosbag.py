@@ -56,7 +56,7 @@ def test_files_have_their_final_names(bag, path):
     assert [file["path"] for file in metadata["files"]] == [f"{path.stem}.mcap"]
 
 
-def test_labels_are_kept_for_those_who_subscribe_later(bag, by_topic, player):
+def test_labels_are_latched_for_late_subscribers(bag, by_topic, player):
     with rosbag2.Reader(bag) as reader:
         offered = {one.topic: one.ext.offered_qos_profiles for one in reader.connections}
     (profile,) = offered.pop("/skin/taxels")
@@ -84,7 +84,7 @@ def test_every_tick_has_its_joints_and_pressures(by_topic, frames, player):
         assert time == int(player.versions["started_ns"]) + round(1e9 * frame.tick * player.prepared.scene.tick)
 
 
-def test_pictures_come_at_their_rate(by_topic, player, frames):
+def test_images_have_the_requested_rate(by_topic, player, frames):
     count = sum(frame.tick % 10 == 0 for frame in frames)
     topics = [f"/taxels/{patch.link}" for patch in player.prepared.skin.patches]
     for topic in ("/tf", "/tactile_image", "/contacts", *topics):
@@ -126,7 +126,7 @@ def test_contacts_have_outline_wrench_and_covariance_for_each_link(by_topic, fra
 
 
 @pytest.mark.parametrize("rate", [pytest.param(20.0, marks=pytest.mark.long), 30.0])
-def test_pictures_have_the_times_of_their_ticks(player, frames, tmp_path, rate):
+def test_images_have_the_times_of_their_ticks(player, frames, tmp_path, rate):
     """A rate of 30 Hz at 200 ticks per second shows every seventh tick."""
     found = messages(exported(player, tmp_path / "bag", rate))
     tick = player.prepared.scene.tick
@@ -140,7 +140,7 @@ def test_pictures_have_the_times_of_their_ticks(player, frames, tmp_path, rate):
     assert [10**9 * stamp.sec + stamp.nanosec for stamp in stamps] == times
 
 
-def test_pictures_are_those_of_their_ticks(by_topic, player, frames):
+def test_images_show_their_ticks(by_topic, player, frames):
     image = TactileImage(player.prepared.map, width=128)
     shown = [frame for frame in frames if frame.tick % 10 == 0]
     assert any(frame.pressures.max() > 1e3 for frame in shown)
@@ -149,7 +149,7 @@ def test_pictures_are_those_of_their_ticks(by_topic, player, frames):
         np.testing.assert_array_equal(values, image.render(frame.pressures))
 
 
-def test_transforms_are_the_poses_of_the_links(by_topic, player, frames):
+def test_transforms_equal_the_poses_of_the_links(by_topic, player, frames):
     configuration = Configuration(player.prepared.robot)
     links = player.prepared.robot.links
     shown = [frame for frame in frames if frame.tick % 10 == 0]

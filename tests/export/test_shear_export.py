@@ -57,7 +57,7 @@ def expected_force(player):
     return np.einsum("n,nk,nkj->j", areas, tractions, frames)
 
 
-def test_tables_have_shear_as_it_is_in_the_frames_and_contacts_as_wrenches(player, tmp_path):
+def test_tables_contain_shear_of_frames_and_wrenches_of_contacts(player, tmp_path):
     export_recording(player, tmp_path / "felt.npz", to="npz")
     with np.load(tmp_path / "felt.npz") as arrays:
         assert np.isnan(arrays["pressures.t1_shear_Pa"][0]).all()
@@ -155,7 +155,7 @@ def test_live_message_of_contacts_has_the_wrenches_of_the_bag(player):
     json.dumps(message, allow_nan=False)
 
 
-def test_directions_of_shear_are_in_the_table_of_taxels(player, tmp_path):
+def test_table_of_taxels_contains_the_directions_of_shear(player, tmp_path):
     export_recording(player, tmp_path / "felt.npz", to="npz")
     frames = taxel_frames(player.prepared.map)
     with np.load(tmp_path / "felt.npz") as arrays:
@@ -163,7 +163,7 @@ def test_directions_of_shear_are_in_the_table_of_taxels(player, tmp_path):
     assert np.allclose(np.transpose(found, (2, 0, 1)), frames, atol=1e-9)
 
 
-def test_columns_that_the_guide_names_are_those_of_the_pressures_in_csv(player, tmp_path):
+def test_guide_names_the_pressure_columns_of_csv_correctly(player, tmp_path):
     export_recording(player, tmp_path / "touch", to="csv")
     page = asset("guide", "data.md").read_text(encoding="utf8")
     header, *rows = csv.reader((tmp_path / "touch" / "pressures.csv").read_text(encoding="utf8").splitlines())

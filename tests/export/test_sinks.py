@@ -136,7 +136,7 @@ def test_taxels_have_their_ids_and_places(tables, player):
     assert list(taxels["link"]) == [skin.patches[number].link for number in skin.patch_of]
 
 
-def test_contacts_and_events_are_all_there(tables, frames, player):
+def test_all_contacts_and_events_are_written(tables, frames, player):
     regions = [(frame.tick, region) for frame in frames for region in frame.regions]
     assert regions
     contacts = tables["contacts"]
@@ -148,7 +148,7 @@ def test_contacts_and_events_are_all_there(tables, frames, player):
     assert len(player.events) > 2
 
 
-def test_images_are_the_tactile_images(tables, frames, player):
+def test_image_columns_contain_the_tactile_images(tables, frames, player):
     if "images" not in tables:
         assert "pressure_Pa" in tables["pressures"]  # CSV has none
         return
@@ -157,7 +157,7 @@ def test_images_are_the_tactile_images(tables, frames, player):
     np.testing.assert_array_equal(found, [image.render(frame.pressures) for frame in frames])
 
 
-def test_a_whole_recording_has_one_episode_and_no_damage(tables, player):
+def test_whole_recording_has_one_episode_and_no_damage(tables, player):
     assert [int(number) for number in tables["episodes"]["frames"]] == [len(player)]
     assert list(tables["episodes"]["label"]) == [player.prepared.scene.name]
     assert len(tables["damage"]["kind"]) == 0

@@ -27,7 +27,7 @@ class Counting:
         self.rows.setdefault(table, []).append(lengths.pop())
 
 
-def test_no_more_than_a_batch_is_ever_in_memory(player):
+def test_at_most_one_batch_is_in_memory(player):
     sink = Counting()
     shares = []
     write_tables(player, sink, image_width=8, progress=lambda text, share: shares.append(share))
@@ -50,7 +50,7 @@ class Kept:
                 self.columns.setdefault(name, []).extend(values.tolist())
 
 
-def test_taxels_of_a_contact_are_those_of_its_area(player, frames):
+def test_taxels_of_a_contact_match_its_area(player, frames):
     kept = Kept("contacts")
     write_tables(player, kept, image_width=0, progress=lambda _text, _share: None)
     regions = [region for frame in frames for region in frame.regions]
@@ -84,7 +84,7 @@ def test_taxels_of_a_contact_are_unknown_in_recordings_that_do_not_store_them(pl
     assert set(kept.columns["taxels"]) == {-1}
 
 
-def test_paced_frames_are_all_frames_with_their_events_and_pictures_at_the_rate(player, frames, monkeypatch):
+def test_paced_frames_include_all_frames_and_events_and_images_at_the_rate(player, frames, monkeypatch):
     monkeypatch.setattr(tables, "BATCH", 7)
     found = list(paced_frames(player, 25.0, no_progress))
     assert [frame.tick for frame, _, _ in found] == [frame.tick for frame in frames]
@@ -94,7 +94,7 @@ def test_paced_frames_are_all_frames_with_their_events_and_pictures_at_the_rate(
     assert pictures == [frame.tick for frame in frames if frame.tick % every == 0]
 
 
-def test_labels_differ_also_where_ids_repeat_or_are_not_stated():
+def test_labels_are_unique_even_if_ids_repeat_or_are_missing():
     skin = small_arm().skin
     assert taxel_labels(skin) == [f"taxel_{taxel}" for taxel in range(len(skin))]
     patch = skin.patches[0]
@@ -107,7 +107,7 @@ def test_labels_differ_also_where_ids_repeat_or_are_not_stated():
     assert len(set(labels)) == len(labels)
 
 
-def test_a_recording_without_a_gap_is_one_episode(player):
+def test_recording_without_a_gap_is_one_episode(player):
     (one,) = episodes(player)
     assert (one.first, one.frames) == (0, len(player))
 

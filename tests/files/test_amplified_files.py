@@ -16,7 +16,7 @@ ALL = 5_030
 
 
 @pytest.mark.parametrize("first", [0, *(pytest.param(n, marks=pytest.mark.long) for n in range(DEFAULT, ALL, 1000))])
-def test_amplified_files_are_read_or_refused_by_name(first, call_all):
+def test_amplified_files_are_read_or_rejected_by_name(first, call_all):
     numbers = range(first, first + (DEFAULT if not first else 1000))
     outcomes = call_all(amplified_files.try_case, [(number,) for number in numbers], cpu=CPU_SECONDS)
     wrong = [

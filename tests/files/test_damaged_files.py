@@ -15,7 +15,7 @@ MEMORY = 2 * 2**30
 
 
 @pytest.mark.parametrize("first", [0, *(pytest.param(n, marks=pytest.mark.long) for n in range(500, ALL, 5500))])
-def test_damaged_files_are_read_or_refused_by_name(first, call_all):
+def test_damaged_files_are_read_or_rejected_by_name(first, call_all):
     numbers = range(first, min(first + (DEFAULT if not first else 5500), ALL))
     outcomes = call_all(damaged_files.try_case, [(number,) for number in numbers], cpu=8.0, memory=MEMORY)
     assert len(outcomes) == len(numbers)
@@ -31,7 +31,7 @@ def test_damaged_files_are_read_or_refused_by_name(first, call_all):
 
 
 @pytest.mark.long
-def test_the_files_are_valid_before_they_are_damaged(tmp_path):
+def test_files_are_valid_before_they_are_damaged(tmp_path):
     for name, (opener, ending, data) in damaged_files.seeds().items():
         path = tmp_path / f"{name.replace('.', ' ')}{ending}"
         path.write_bytes(data)
@@ -46,7 +46,7 @@ def test_seed_gives_the_same_file_again():
 
 
 @pytest.mark.long
-def test_exceeded_limits_are_noticed(call_all):
+def test_exceeded_limits_are_detected(call_all):
     ways = ("fine", "hang", "grow", "leak", "crash", "fail", "refuse", "fine")
     outcomes = call_all(damaged_files.misbehave, [(way,) for way in ways], cpu=0.5, memory=MEMORY)
     words = (

@@ -52,7 +52,7 @@ def test_functions_of_the_library_that_open_files_are_listed():
     assert found <= {opener.__name__ for opener, _ in OPENERS.values()}
 
 
-def test_meshes_and_includes_that_are_pipes_are_refused(tmp_path, call_all):
+def test_meshes_and_includes_that_are_pipes_are_rejected(tmp_path, call_all):
     os.mkfifo(tmp_path / "m.stl")
     os.mkfifo(tmp_path / "part.xml")
     os.mkfifo(tmp_path / "b.bin")
@@ -67,7 +67,7 @@ def test_meshes_and_includes_that_are_pipes_are_refused(tmp_path, call_all):
         assert refused(outcome, "not a file.*a pipe"), outcome
 
 
-def test_hostile_robots_are_refused_quickly(tmp_path, call_all):
+def test_hostile_robots_are_rejected_quickly(tmp_path, call_all):
     for name, (text, _) in ROBOTS.items():
         (tmp_path / name).write_text(text)
     outcomes = call_all(hostile_files.robot, [(str(tmp_path / name),) for name in ROBOTS])
@@ -76,7 +76,7 @@ def test_hostile_robots_are_refused_quickly(tmp_path, call_all):
         assert words is None or f"/{name}" in outcome, outcome
 
 
-def test_hostile_robots_in_recordings_are_refused_quickly(call_all):
+def test_hostile_robots_in_recordings_are_rejected_quickly(call_all):
     outcomes = call_all(hostile_files.recorded, [(text, {}) for text, _ in RECORDED.values()])
     for (name, (_, words)), outcome in zip(RECORDED.items(), outcomes, strict=True):
         assert refused(outcome, words), (name, outcome)
@@ -84,14 +84,14 @@ def test_hostile_robots_in_recordings_are_refused_quickly(call_all):
 
 
 @pytest.mark.long
-def test_a_spike_of_a_hundred_radii_is_mapped_or_refused_quickly(tmp_path, call_all):
+def test_spike_of_100_radii_is_mapped_or_rejected_quickly(tmp_path, call_all):
     path = spiked_sphere(tmp_path / "spike.stl", 100.0)
     (outcome,) = call_all(hostile_files.mapped, [(str(path),)])
     assert outcome == "ok" or outcome.startswith("refused: "), outcome
 
 
 @pytest.mark.long
-def test_a_spike_of_a_thousand_radii_is_mapped_in_seconds(tmp_path, call_all):
+def test_spike_of_a_thousand_radii_is_mapped_in_seconds(tmp_path, call_all):
     """Nearly all taxels are on the needle, which would otherwise buckle and overlap itself while it grows."""
     path = spiked_sphere(tmp_path / "spike.stl", 1000.0, 3)
     assert call_all(hostile_files.mapped, [(str(path),)], cpu=20.0) == ["ok"]
@@ -106,13 +106,13 @@ def test_larger_spikes_are_mapped_in_half_a_minute(tmp_path, call_all, radii, su
     assert call_all(hostile_files.mapped, [(str(path),)], cpu=cpu) == ["ok"]
 
 
-def test_a_spike_of_a_hundred_thousand_radii_is_refused_by_name(tmp_path, call_all):
+def test_spike_of_100000_radii_is_rejected_by_name(tmp_path, call_all):
     path = spiked_sphere(tmp_path / "spike.stl", 100_000.0, 3)
     (outcome,) = call_all(hostile_files.mapped, [(str(path),)], cpu=10.0)
     assert refused(outcome, "too long and thin to be flattened.*needles"), outcome
 
 
-def test_a_mesh_of_a_billion_metres_is_refused_quickly(tmp_path, call_all):
+def test_mesh_of_a_billion_metres_is_rejected_quickly(tmp_path, call_all):
     path = tmp_path / "huge.stl"
     trimesh.creation.icosphere(4, radius=1e9).export(path)
     outcomes = call_all(hostile_files.mapped, [(str(path),)]) + call_all(hostile_files.robot, [(str(path),)])
@@ -139,7 +139,7 @@ def secret(tmp_path):
         ("m.gltf", '{{"asset":{{"version":"2.0"}},"buffers":[{{"uri":"{}.bin","byteLength":4}}]}}'),
     ],
 )
-def test_a_model_opens_only_files_of_its_own_tree(secret, name, text, how):
+def test_model_opens_only_files_of_its_own_tree(secret, name, text, how):
     model = secret / "model"
     if how == "link":
         for ending in ("xml", "obj", "stl", "bin"):
@@ -151,7 +151,7 @@ def test_a_model_opens_only_files_of_its_own_tree(secret, name, text, how):
     assert SECRET not in str(found.value)
 
 
-def test_urdf_does_not_take_any_folder_for_a_package(secret):
+def test_urdf_does_not_accept_any_folder_as_a_package(secret):
     """The name alone does not make a sibling of a parent folder a package."""
     (secret / "private").mkdir()
     (secret / "private" / "secret.obj").write_text(SECRET)
@@ -176,7 +176,7 @@ def test_urdf_does_not_take_any_folder_for_a_package(secret):
         '<mujoco><worldbody><attach model="{}/secret.xml"/>{}</worldbody></mujoco>',
     ],
 )
-def test_a_recorded_robot_opens_no_file(secret, text):
+def test_recorded_robot_opens_no_file(secret, text):
     """MuJoCo would search the disk for files that are not in the recording."""
     mesh = trimesh.creation.box()
     from tactile_maps.robots.files.mesh_files import Mesh, to_msh
@@ -190,13 +190,13 @@ def test_a_recorded_robot_opens_no_file(secret, text):
 @pytest.mark.parametrize(
     ("name", "data"), [("a.obj", b"mtllib /etc/passwd"), ("a.msh", b"\x7f" * 40), ("a.dll", b"MZ")]
 )
-def test_a_recorded_robot_holds_only_meshes(name, data):
+def test_recorded_robot_contains_only_meshes(name, data):
     with pytest.raises(TactileMapsError, match="not a mesh|cannot be read"):
         hostile_files.recorded(mjcf(BODY), {name: data})
 
 
 @pytest.mark.long
-def test_plug_ins_of_a_model_are_left_out_with_a_finding(tmp_path):
+def test_plugins_of_a_model_are_omitted_with_a_finding(tmp_path):
     path = tmp_path / "m.xml"
     path.write_text(
         mjcf(

@@ -15,7 +15,7 @@ from tests.support.surfaces import named, sheet
 SQUARE = np.array([[0, 0], [1, 0], [1, 1], [0, 1.0]])
 
 
-def test_areas_have_a_sign():
+def test_areas_are_signed():
     faces = np.array([[0, 1, 2], [0, 2, 1], [0, 0, 1]])
     np.testing.assert_allclose(signed_areas(SQUARE, faces), [0.5, -0.5, 0])
     assert flipped(SQUARE, faces).tolist() == [False, True, True]
@@ -54,7 +54,7 @@ def test_two_loops_that_overlap_cross():
     assert crossings(SQUARE, SQUARE + [0.5, 0.5]) == 2
 
 
-def test_the_count_is_that_of_comparing_all_pairs():
+def test_crossing_count_equals_that_of_all_pairs():
     loop = np.random.default_rng(3).normal(size=(60, 2))
     expected = 0
     for i in range(60):
@@ -80,7 +80,7 @@ def bent():
     return problem, flat.connectivity.boundary_loops[0], plane
 
 
-def test_apart_from_close_parts_it_costs_nothing():
+def test_barrier_is_zero_unless_parts_are_close():
     flat = sheet(24, 2, width=2.4, height=0.2)
     problem = SymmetricDirichlet(flat)
     plane = flat.vertices[:, :2]
@@ -89,7 +89,7 @@ def test_apart_from_close_parts_it_costs_nothing():
     np.testing.assert_array_equal(apart.derivatives(plane)[0], problem.derivatives(plane)[0])
 
 
-def test_closeness_costs_and_the_gradient_is_the_energys(bent):
+def test_barrier_of_close_parts_is_positive_and_has_the_correct_gradient(bent):
     problem, loop, plane = bent
     apart = BoundaryBarrier(problem, loop, plane)
     assert apart.energy(plane) > problem.energy(plane) + 1e-4
@@ -103,13 +103,13 @@ def test_closeness_costs_and_the_gradient_is_the_energys(bent):
         assert gradient[k] == pytest.approx(slope, rel=1e-4, abs=1e-6)
 
 
-def test_the_hessian_is_never_negative(bent):
+def test_hessian_is_positive_semidefinite(bent):
     apart = BoundaryBarrier(*bent)
     values = np.linalg.eigvalsh(apart.derivatives(bent[2])[1].toarray(), UPLO="U")
     assert values.min() > -1e-10 * values.max()
 
 
-def test_a_border_that_meets_itself_costs_infinitely_much(bent):
+def test_self_intersecting_border_has_infinite_energy(bent):
     problem, loop, plane = bent
     apart = BoundaryBarrier(problem, loop, plane)
     angle = np.arctan2(plane[:, 1], plane[:, 0]) % (2 * np.pi) * 1.05
@@ -134,7 +134,7 @@ def test_every_step_of_a_descent_has_no_overlap():
     assert problem.energy(rounds[-1].plane) < 4.02
 
 
-def test_a_corner_that_misses_a_side_by_the_last_bit_touches():
+def test_corner_within_rounding_of_a_side_counts_as_touching():
     """An hourglass with a waist of one rounding error, like the two sides of a seam in a plain tube."""
     tip = [-0.38232282140252394, 0.10407355315773271]
     a = [-0.3084796216698031, 0.2676116508481561]

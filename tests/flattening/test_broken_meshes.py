@@ -119,7 +119,7 @@ def test_broken_mesh_is_mapped_or_rejected_by_name(
 @pytest.mark.rotating
 @pytest.mark.parametrize("how", BREAKS[:-2])
 @pytest.mark.parametrize("shape", sorted(SHAPES))
-def test_one_kind_of_damage_alone_is_always_mapped(child: Child, shape: str, how: str) -> None:
+def test_mesh_with_a_single_kind_of_damage_is_always_mapped(child: Child, shape: str, how: str) -> None:
     assert child.call(outcome, shape, (how,), 1, seconds=SECONDS) == "mapped"
 
 
@@ -131,7 +131,7 @@ def test_invalid_mesh_is_rejected(child: Child, how: str) -> None:
 
 
 @pytest.mark.long
-def test_every_break_breaks_something() -> None:
+def test_every_kind_of_damage_changes_the_mesh() -> None:
     mesh = SHAPES["torus"]()
     for how in BREAKS:
         vertices, faces = broken(mesh.vertices, mesh.faces, how, np.random.default_rng(1))

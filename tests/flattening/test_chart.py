@@ -14,13 +14,13 @@ from tactile_maps.geometry.surface.mesh import SurfacePoint
 from tests.support.surfaces import sheet
 
 
-def test_equal_pins_are_one_and_survive_the_way_to_another_process():
+def test_equal_pins_compare_equal_after_pickling():
     pin = Pin(SurfacePoint(1, 4, (0.25, 0.5, 0.25)), (0.1, -0.2))
     assert pickle.loads(pickle.dumps(pin)) == pin
     assert len({pin, Pin(SurfacePoint(1, 4, (0.25, 0.5, 0.25)), (0.1, -0.2))}) == 1
 
 
-def test_a_chart_cannot_be_changed():
+def test_chart_is_immutable():
     chart = flatten(sheet())
     with pytest.raises(FrozenInstanceError):
         chart.method = "other"
@@ -28,7 +28,7 @@ def test_a_chart_cannot_be_changed():
         assert not getattr(chart, name).flags.writeable
 
 
-def test_a_chart_tells_its_rounds():
+def test_chart_reports_its_rounds():
     chart = flatten(sheet())
     assert len(chart.energies) == len(chart.seconds) > 1
     assert list(chart.seconds) == sorted(chart.seconds)

@@ -37,24 +37,24 @@ def test_seams_are_edges_with_a_face_on_both_sides(name):
     assert {tuple(sorted(seam)) for seam in cut.seams.tolist()} <= inner
 
 
-def test_a_disk_is_not_cut():
+def test_disk_is_not_cut():
     assert len(cut_to_disk(sheet()).seams) == 0
 
 
-def test_a_tube_is_cut_along_a_straight_line():
+def test_tube_is_cut_along_a_straight_line():
     surface = frustum(length=0.2)
     seams = surface.vertices[cut_to_disk(surface).seams]
     assert np.linalg.norm(seams[:, 0] - seams[:, 1], axis=1).sum() == pytest.approx(0.2, rel=1e-12)
 
 
-def test_a_ball_is_cut_from_one_side_to_the_other():
+def test_ball_is_cut_from_one_side_to_the_other():
     ball = sphere(radius=0.05)
     seams = ball.vertices[cut_to_disk(ball).seams]
     length = np.linalg.norm(seams[:, 0] - seams[:, 1], axis=1).sum()
     assert np.pi * 0.05 * 0.95 < length < np.pi * 0.05 * 1.2
 
 
-def test_a_torus_is_cut_around_both_ways():
+def test_torus_is_cut_around_both_ways():
     surface = torus(major=0.06, minor=0.02)
     seams = surface.vertices[cut_to_disk(surface).seams]
     length = np.linalg.norm(seams[:, 0] - seams[:, 1], axis=1).sum()
@@ -62,7 +62,7 @@ def test_a_torus_is_cut_around_both_ways():
     assert 0.95 * shortest < length < 1.3 * shortest
 
 
-def test_a_seam_reaches_the_terminal():
+def test_seam_reaches_the_terminal():
     surface = cap(1.0)
     cut = cut_to_disk(surface, terminals=[0])
     assert 0 in cut.seams
@@ -70,19 +70,19 @@ def test_a_seam_reaches_the_terminal():
     assert cut.connectivity.euler_characteristic == 1
 
 
-def test_the_pole_is_farthest_from_the_border():
+def test_pole_is_farthest_from_the_border():
     surface = cap(1.0)
     assert farthest_from_border(surface, cut_to_disk(surface)) == 0
 
 
-def test_far_points_of_a_needle_are_its_ends():
+def test_farthest_points_of_a_needle_are_its_ends():
     ball = sphere()
     stretched = Mesh(ball.vertices * [1, 1, 5], ball.faces)
     heights = stretched.vertices[far_points(stretched), 2]
     assert sorted(heights) == pytest.approx([-0.25, 0.25], rel=0.05)
 
 
-def test_the_cut_does_not_depend_on_where_the_surface_is():
+def test_cut_does_not_depend_on_the_position_of_the_surface():
     surface = named("sieve")
     moved = Mesh(surface.vertices + [3.0, -2.0, 1.0], surface.faces)
     np.testing.assert_array_equal(cut_to_disk(surface).seams, cut_to_disk(moved).seams)

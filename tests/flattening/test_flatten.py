@@ -26,7 +26,7 @@ def _kinds(chart):
 
 @pytest.mark.sampled(4)
 @pytest.mark.parametrize("method", METHODS)
-def test_the_map_has_the_bodys_area_and_starts_at_the_origin(method):
+def test_map_has_the_area_of_the_surface_and_starts_at_the_origin(method):
     surface = named("bumpy tube")
     chart = flatten(surface, method=method)
     assert chart.method == method
@@ -34,7 +34,7 @@ def test_the_map_has_the_bodys_area_and_starts_at_the_origin(method):
     np.testing.assert_allclose(chart.plane.min(axis=0), 0, atol=1e-12)
 
 
-def test_the_long_direction_of_the_body_points_up_and_away_from_the_joint():
+def test_long_direction_of_the_body_points_up_and_away_from_the_joint():
     along_x = frustum(0.03, 0.02, length=0.2)
     surface = Mesh(along_x.vertices[:, [2, 0, 1]] + [0.1, 0, 0], along_x.faces)
     chart = flatten(surface)
@@ -44,7 +44,7 @@ def test_the_long_direction_of_the_body_points_up_and_away_from_the_joint():
     assert abs(correlation[0, 1]) < 0.1
 
 
-def test_a_map_is_never_seen_from_behind():
+def test_map_is_always_seen_from_outside():
     surface = named("cap")
     chart = flatten(surface)
     assert not flipped(chart.plane, chart.faces).any()
@@ -58,13 +58,13 @@ def test_deep_patch_gets_a_seam_with_a_finding():
     assert chart.energies[-1] < 4.6
 
 
-def test_a_shallow_patch_gets_none():
+def test_shallow_patch_gets_no_seam():
     chart = flatten(cap(1.2))
     assert chart.findings == ()
     assert len(chart.seams) == 0
 
 
-def test_the_simple_method_adds_no_seam():
+def test_simple_method_adds_no_seam():
     chart = flatten(named("nearly closed"), method="tutte")
     assert chart.findings == ()
     assert len(chart.energies) == 1
@@ -84,7 +84,7 @@ def test_faces_without_area_are_reported():
     assert (note.kind, note.count) == ("thin-face", 6)
 
 
-def test_progress_hears_every_round_and_may_stop_it():
+def test_progress_is_called_every_round_and_may_cancel():
     class StopError(Exception):
         pass
 
@@ -99,18 +99,18 @@ def test_progress_hears_every_round_and_may_stop_it():
         flatten(sheet(), on_round=stop)
 
 
-def test_an_unknown_method_names_the_known_ones():
+def test_unknown_method_names_the_known_ones():
     with pytest.raises(MapError, match=r"unknown method.*magic.*symmetric-dirichlet.*tutte"):
         flatten(sheet(), method="magic")
 
 
-def test_a_surface_without_area_is_a_named_error():
+def test_surface_with_zero_area_raises_a_clear_error():
     with pytest.raises(MapError, match="no area"):
         flatten(Mesh(np.zeros((3, 3)), [[0, 1, 2]]))
 
 
 @pytest.mark.long
-def test_the_same_surface_gives_the_same_map_to_the_bit():
+def test_same_surface_gives_the_same_map_bit_for_bit():
     first = flatten(named("sieve"))
     second = flatten(named("sieve"))
     np.testing.assert_array_equal(first.plane, second.plane)
@@ -147,7 +147,7 @@ def test_body_with_many_long_limbs_gets_a_seam_into_each():
 
 @pytest.mark.long
 @pytest.mark.parametrize(("cells", "beam"), [pytest.param(2, 3, id="28"), pytest.param(3, 5, id="81")])
-def test_a_body_with_many_handles_is_mapped(cells, beam):
+def test_body_with_many_handles_is_mapped(cells, beam):
     chart = flatten(scaffold(cells, beam))
     assert_one_to_one(chart)
     assert chart.energies[-1] < 4.3
@@ -163,7 +163,7 @@ def test_seams_are_added_until_each_limb_of_a_body_opens(name, most):
     assert chart.energies[-1] < most
 
 
-def test_a_surface_without_any_first_map_is_rejected_with_the_seams_that_were_tried(monkeypatch):
+def test_surface_without_initial_map_is_rejected_with_the_seams_that_were_tried(monkeypatch):
     monkeypatch.setattr("tactile_maps.flattening.flatten.EASY_ENERGY", 4.0)
     monkeypatch.setattr("tactile_maps.flattening.flatten.HARDEST_ENERGY", 4.0)
     monkeypatch.setattr("tactile_maps.flattening.flatten._SEAMS_TO_OPEN", (0, 1))
@@ -197,7 +197,7 @@ def sorted_faces(monkeypatch):
 
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("method", METHODS)
-def test_the_edges_of_the_surface_and_of_its_cut_are_worked_out_once(sorted_faces, method):
+def test_edges_of_surface_and_cut_are_computed_once(sorted_faces, method):
     surface = frustum(0.03, 0.02, length=0.2)
     chart = flatten(surface, method=method, seams=SeamPlan(extra=0))
     assert sorted_faces == {surface.faces.tobytes(): 1, chart.faces.tobytes(): 1}

@@ -61,18 +61,18 @@ def child() -> Iterator[Child]:
 
 @pytest.mark.sampled(24)
 @pytest.mark.parametrize("name", EVERY)
-def test_any_mesh_gets_a_map_that_is_one_to_one_and_exact(name: str, child: Child) -> None:
+def test_map_of_any_mesh_is_one_to_one_and_exact(name: str, child: Child) -> None:
     child.call(check_named, name, seconds=SECONDS)
 
 
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", GROUPS["shells"])
-def test_outer_surface_alone_is_mapped(name: str, child: Child) -> None:
+def test_only_the_outer_surface_is_mapped(name: str, child: Child) -> None:
     child.call(check_named, name, "outer", seconds=SECONDS)
 
 
 @pytest.mark.parametrize("name", HOPELESS)
-def test_mesh_without_room_for_a_taxel_is_rejected_by_name(name: str) -> None:
+def test_mesh_too_small_for_a_taxel_is_rejected_by_name(name: str) -> None:
     with pytest.raises(MeshError, match=name):
         skin_of_mesh(HOPELESS[name], name=name)
 
@@ -84,7 +84,7 @@ def test_vertices_that_are_not_finite_are_rejected_with_their_place(bad: float) 
 
 
 @pytest.mark.parametrize("index", [-1, 3, 2**40])
-def test_corners_that_do_not_exist_are_rejected_with_their_place(index: int) -> None:
+def test_faces_with_unknown_vertices_are_rejected_with_their_place(index: int) -> None:
     with pytest.raises(MeshError, match="face 0: a face names a vertex that does not exist"):
         Mesh(np.eye(3), [[0, 1, index]])
 
@@ -100,7 +100,7 @@ def read_all(folder: str) -> dict[str, str]:
     return results
 
 
-def test_empty_files_and_files_of_garbage_are_rejected_by_name(child: Child, tmp_path: Path) -> None:
+def test_empty_and_random_files_are_rejected_by_name(child: Child, tmp_path: Path) -> None:
     rng = np.random.default_rng(0)
     for suffix in MESH_SUFFIXES:
         (tmp_path / f"empty{suffix}").write_bytes(b"")
@@ -141,7 +141,7 @@ def _energy_here(name: str) -> float:
 @pytest.mark.rotating
 @pytest.mark.parametrize("name", UNIQUE)
 @pytest.mark.parametrize("how", ["turned", "moved", "1e-6", "1e6", "shuffled"])
-def test_the_best_map_depends_on_the_shape_alone(name: str, how: str) -> None:
+def test_best_map_depends_only_on_the_shape(name: str, how: str) -> None:
     mesh = hard_mesh(name)
     rng = np.random.default_rng(1)
     turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
@@ -175,7 +175,7 @@ def test_scan_of_two_hundred_thousand_faces_is_mapped_at_full_resolution(scanned
 
 @pytest.mark.long
 @pytest.mark.parametrize("calls", [1, 2])
-def test_a_long_flattening_can_be_cancelled(scanned: Skin, calls: int) -> None:
+def test_long_flattening_can_be_cancelled(scanned: Skin, calls: int) -> None:
     left = calls
 
     def progress(_text: str, _fraction: float) -> None:
@@ -190,7 +190,7 @@ def test_a_long_flattening_can_be_cancelled(scanned: Skin, calls: int) -> None:
 
 
 @pytest.mark.long
-def test_wearing_can_be_cancelled_too() -> None:
+def test_placing_skin_on_a_mesh_can_be_cancelled() -> None:
     def progress(_text: str, _fraction: float) -> None:
         raise Cancelled
 
@@ -199,7 +199,7 @@ def test_wearing_can_be_cancelled_too() -> None:
 
 
 @pytest.mark.long
-def test_a_cloud_of_loose_triangles_is_rejected_in_time() -> None:
+def test_cloud_of_loose_triangles_is_rejected_in_time() -> None:
     rng = np.random.default_rng(2)
     corners = rng.normal(size=(45_000, 1, 3)) + 1e-3 * rng.normal(size=(45_000, 3, 3))
     cloud = Mesh(corners.reshape(-1, 3), np.arange(135_000).reshape(-1, 3))

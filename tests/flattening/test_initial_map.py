@@ -30,7 +30,7 @@ def turned(mesh: Mesh, by: float) -> Mesh:
 
 
 @pytest.mark.long
-def test_needle_becomes_straight_without_overlap() -> None:
+def test_needle_shaped_patch_becomes_straight_without_overlap() -> None:
     surface = needle()
     chart = flatten(surface)
     assert "overlap-avoided" not in {finding.kind for finding in chart.findings}
@@ -40,7 +40,7 @@ def test_needle_becomes_straight_without_overlap() -> None:
     assert np.ptp(chart.plane, axis=0).max() > 1.9 * np.ptp(surface.vertices, axis=0).max()
 
 
-def test_a_slender_patch_starts_as_wide_as_its_border_is_long() -> None:
+def test_slender_patch_starts_as_wide_as_its_border_is_long() -> None:
     surface = needle()
     cuts = planned_cuts(surface, SeamPlan())
     next(cuts)
@@ -52,12 +52,12 @@ def test_a_slender_patch_starts_as_wide_as_its_border_is_long() -> None:
 
 
 @pytest.mark.parametrize("surface", [sheet(), cap(2.8), sphere(), frustum()], ids=["sheet", "cap", "ball", "tube"])
-def test_other_patches_start_with_the_unscaled_first_map(surface: Mesh) -> None:
+def test_patches_that_are_not_slender_start_with_the_unscaled_initial_map(surface: Mesh) -> None:
     disk = disk_of(surface)
     assert disk.taut is disk.start
 
 
-def test_a_flat_strip_a_hundred_thousand_times_longer_than_wide_is_right_at_once() -> None:
+def test_extremely_long_flat_strip_has_an_exact_initial_map() -> None:
     long = sheet(6, 5)
     surface = Mesh(long.vertices * [7e4, 1, 1], long.faces)
     chart = flatten(turned(subdivide(surface, longest=surface.size / 1000).mesh, 0.3))
@@ -65,7 +65,7 @@ def test_a_flat_strip_a_hundred_thousand_times_longer_than_wide_is_right_at_once
     assert not chart.findings
 
 
-def test_a_projection_is_seen_from_the_front_and_of_true_size() -> None:
+def test_projection_faces_the_front_and_has_true_size() -> None:
     surface = turned(sheet(), 0.3)
     disk = disk_of(surface)
     plane = projection(disk.rest)

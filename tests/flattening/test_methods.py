@@ -37,7 +37,7 @@ def test_arcs_on_the_circle_are_as_long_as_on_the_body():
     np.testing.assert_allclose(arcs / (2 * np.pi), sides / sides.sum(), rtol=1e-9)
 
 
-def test_an_inner_vertex_is_the_mean_of_its_neighbours():
+def test_inner_vertex_is_the_mean_of_its_neighbours():
     surface = sheet(4, 4)
     plane = tutte(surface)
     around = np.unique(surface.edges[(surface.edges == 12).any(axis=1)])
@@ -80,14 +80,14 @@ def test_every_method_gives_a_one_to_one_map_of_everything(method, surface):
 @pytest.mark.long
 @pytest.mark.parametrize("surface", ["sheet", "tube", "cone"])
 @pytest.mark.parametrize("method", ["symmetric-dirichlet", "lscm", "arap", "slim", "unroll"])
-def test_a_developable_surface_is_laid_flat_without_distortion(method, surface):
+def test_developable_surface_is_flattened_without_distortion(method, surface):
     chart = flatten(METHOD_SURFACES[surface], method=method)
     assert chart.energies[-1] == pytest.approx(4, abs=2e-5)
     assert "flips-mended" not in _kinds(chart)
 
 
 @pytest.mark.parametrize("turned_out", [False, True])
-def test_a_cone_is_rolled_off_seen_from_either_side(turned_out):
+def test_cone_is_unrolled_for_either_orientation(turned_out):
     cone = frustum(0.02, 0.05)
     seen = Mesh(cone.vertices[:, [2, 0, 1]] + 3, cone.faces[:, ::-1] if turned_out else cone.faces)
     chart = flatten(seen, method="unroll")
@@ -95,7 +95,7 @@ def test_a_cone_is_rolled_off_seen_from_either_side(turned_out):
     assert chart.energies[-1] == pytest.approx(4, abs=2e-5)
 
 
-def test_slim_and_ours_agree_on_the_optimum():
+def test_slim_and_our_method_reach_the_same_optimum():
     surface = frustum(bump=0.3)
     energies = [flatten(surface, method=method).energies[-1] for method in ("symmetric-dirichlet", "slim")]
     assert energies[0] == pytest.approx(energies[1], rel=1e-4)
@@ -115,7 +115,7 @@ def _angle(surface, chart):
     return float((values[:, 0] / values[:, 1]).mean())
 
 
-def test_the_slider_trades_lengths_for_angles_all_the_way():
+def test_slider_trades_lengths_for_angles_over_its_whole_range():
     surface = cap(2.0, rings=12)
     charts = [flatten(surface, lengths=place) for place in (1.0, 0.6, 0.3, 0.1, 0.0)]
     assert all(len(chart.seams) == len(charts[0].seams) for chart in charts)
@@ -136,6 +136,6 @@ def test_method_with_flips_is_repaired_with_a_finding():
     assert _kinds(chart) == {"flips-mended"}
 
 
-def test_an_unknown_method_is_rejected_with_the_known_ones():
+def test_unknown_method_is_rejected_with_the_known_ones():
     with pytest.raises(MapError, match=r"magic.*tutte"):
         find_method("magic")

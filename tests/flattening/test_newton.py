@@ -22,7 +22,7 @@ def posed(request):
     return problem, tutte(surface)
 
 
-def test_energy_falls_every_round_and_time_is_recorded(posed):
+def test_energy_decreases_every_round_and_time_is_recorded(posed):
     problem, plane = posed
     ticks = iter(range(1000))
     rounds = list(minimise(problem, 0.3 * plane, clock=lambda: next(ticks)))
@@ -33,7 +33,7 @@ def test_energy_falls_every_round_and_time_is_recorded(posed):
     assert np.abs(problem.derivatives(rounds[-1].plane)[0]).max() < 1e-4
 
 
-def test_a_start_with_flips_is_rejected(posed):
+def test_start_with_flips_is_rejected(posed):
     problem, plane = posed
     with pytest.raises(MapError, match="flipped"):
         next(minimise(problem, plane * [-1, 1]))
@@ -55,7 +55,7 @@ def test_descent_without_convergence_raises_after_its_last_map(posed):
     assert 1 < len(rounds) < len(whole)
 
 
-def test_values_too_far_apart_are_a_named_error():
+def test_values_of_very_different_size_raise_a_clear_error():
     flat = sheet(1, 1)
 
     class Singular(SymmetricDirichlet):
@@ -67,12 +67,12 @@ def test_values_too_far_apart_are_a_named_error():
         list(minimise(Singular(flat), 3 * flat.vertices[:, :2]))
 
 
-def test_no_step_has_a_flip(posed):
+def test_no_step_flips_a_triangle(posed):
     problem, plane = posed
     assert not any(flipped(r.plane, problem.faces).any() for r in minimise(problem, plane * [0.1, 1.0]))
 
 
-def test_a_factorisation_is_used_for_several_steps(posed):
+def test_factorisation_is_reused_for_several_steps(posed):
     problem, plane = posed
     asked = []
 

@@ -39,7 +39,7 @@ def test_spring_energy_is_quadratic_in_its_length(pinned):
     assert energy.energy(plane) - problem.energy(plane) == pytest.approx(drawn)
 
 
-def test_the_gradient_is_the_energys(pinned):
+def test_gradient_equals_the_derivative_of_the_energy(pinned):
     _, energy, plane = pinned
     gradient = energy.gradient(plane)
     h = 1e-6
@@ -53,7 +53,7 @@ def test_the_gradient_is_the_energys(pinned):
         assert gradient[k] == pytest.approx(slope, rel=1e-5, abs=1e-4)
 
 
-def test_the_hessian_gains_the_springs_and_no_entry(pinned):
+def test_springs_change_hessian_values_but_not_its_pattern(pinned):
     problem, energy, plane = pinned
     alone = problem.derivatives(plane)[1]
     held = energy.derivatives(plane)[1]
@@ -74,7 +74,7 @@ def test_hessian_is_independent_of_pin_targets(pinned):
     assert (energy.goals + 0.1 == elsewhere.goals).all()
 
 
-def test_at_the_least_energy_pins_are_close_to_their_goals(pinned):
+def test_pins_are_close_to_their_targets_at_the_minimum(pinned):
     _, energy, plane = pinned
     *_, last = minimise(energy, plane)
     assert np.abs(energy.places(last.plane) - energy.goals).max() < 1e-3
@@ -102,7 +102,7 @@ def test_common_move_of_all_pins_moves_every_point():
     np.testing.assert_allclose(shepard_warp(PLANE, PLANE[:4], np.full((4, 2), 0.3)), 0.3)
 
 
-def test_no_point_moves_farther_than_the_farthest_pin():
+def test_no_point_moves_farther_than_the_pin_that_moves_most():
     moves = np.random.default_rng(1).normal(size=(5, 2))
     gone = shepard_warp(PLANE, PLANE[:5], moves)
     assert (gone <= moves.max(axis=0) + 1e-12).all()
@@ -116,7 +116,7 @@ def test_near_a_pin_the_map_moves_rigidly():
 
 
 @pytest.mark.parametrize("turn", [0.3, 2.0])
-def test_a_turned_map_is_moved_alike(turn):
+def test_rotated_map_moves_in_the_same_way(turn):
     rotation = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
     moves = np.array([[0.1, 0.2], [-0.1, 0.0]])
     straight = shepard_warp(PLANE, PLANE[:2], moves) @ rotation
@@ -168,7 +168,7 @@ def test_descent_ends_at_the_minimum_of_newtons_method(rest):
     assert energy.energy(descent.plane) == pytest.approx(best.energy, rel=1e-6)
 
 
-def test_a_far_pin_is_followed_in_reaches(rest):
+def test_distant_pin_is_followed_in_steps_of_the_reach(rest):
     energy = target(rest, (0.4, 0.0), (0.0, 0.0), (0.0, 0.0))
     descent = PinDescent(rest[1])
     reach = descent._reach
@@ -179,7 +179,7 @@ def test_a_far_pin_is_followed_in_reaches(rest):
 
 
 @pytest.mark.parametrize("slant", [0.0, 0.3, 1.1])
-def test_a_map_at_rest_is_carried_without_a_shorter_reach(rest, slant):
+def test_moving_a_converged_map_does_not_shorten_the_reach(rest, slant):
     """All that a step could still gain is rounding there: luck of the last digits must not slow the pins."""
     descent = PinDescent(rest[1])
     reach = PinDescent(rest[1])._reach
@@ -223,7 +223,7 @@ def test_map_is_unchanged_if_no_step_is_possible(rest):
     np.testing.assert_array_equal(descent.plane, 1.2 * rest[1])
 
 
-def test_a_barrier_is_minded(rest):
+def test_descent_does_not_cross_a_barrier(rest):
     class Wall:
         def __init__(self, energy):
             self._inner = energy

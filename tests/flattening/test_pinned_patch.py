@@ -62,7 +62,7 @@ def test_patch_follows_its_pins_and_comes_to_rest(follower):
     np.testing.assert_allclose(there, places + [[0.1, 0.05], [0, 0], [0, 0], [0, 0]], atol=2e-3)
 
 
-def test_whole_and_carried_agree():
+def test_whole_and_reduced_model_give_the_same_map():
     surface, chart = waves()
     unit = np.sqrt(surface.area)
     plane = chart.plane / unit
@@ -81,7 +81,7 @@ def test_whole_and_carried_agree():
     assert np.abs(both[0].plane - both[1].plane).max() < 0.02
 
 
-def test_a_small_patch_catches_up_within_a_frame(follower):
+def test_small_patch_reaches_moved_pins_within_one_frame(follower):
     moving, chart, plane = follower
     corners, weights, places = held(chart, plane)
     moving.pin(corners, weights, places)
@@ -95,7 +95,7 @@ class Cancelled(Exception):
     """Raised by a progress callback to stop."""
 
 
-def test_the_map_is_where_its_pins_are_and_one_to_one():
+def test_map_is_at_its_pins_and_one_to_one():
     surface, chart = dome()
     patch, numbers, places = pinned(surface, chart)
     patch.move(numbers[0], places[0] + [0.012, 0.006])
@@ -196,7 +196,7 @@ def test_settled_map_does_not_move():
     assert np.abs(again.plane - first.plane).max() < 1e-4 * np.sqrt(surface.area)
 
 
-def test_rest_depends_on_the_weight_of_lengths():
+def test_settled_map_depends_on_the_weight_of_lengths():
     surface, chart = dome()
     ends = {}
     for lengths in (0.0, 1.0):
@@ -242,7 +242,7 @@ def line(start, end, count=20):
     return start + np.linspace(0, 1, count)[:, None] * (np.asarray(end) - start)
 
 
-def test_adding_a_pin_moves_nothing():
+def test_adding_a_pin_does_not_change_the_map():
     surface, chart = waves()
     patch, numbers, places = pinned(surface, chart)
     assert list(patch.pins) == numbers == [0, 1, 2, 3, 4]
@@ -251,7 +251,7 @@ def test_adding_a_pin_moves_nothing():
     assert np.abs(patch.frame() - chart.plane).max() < 0.01 * np.sqrt(surface.area)
 
 
-def test_a_dragged_pin_is_followed_within_a_frame():
+def test_dragged_pin_is_followed_within_a_frame():
     surface, chart = dome()
     patch, numbers, places = pinned(surface, chart)
     end = places[0] + [0.01, 0.0]
@@ -264,7 +264,7 @@ def test_a_dragged_pin_is_followed_within_a_frame():
 
 
 @pytest.mark.long
-def test_after_a_few_still_frames_the_energy_is_within_a_hundredth_of_the_least():
+def test_energy_is_within_one_percent_of_the_minimum_after_a_few_frames_at_rest():
     for surface, chart in (dome(), waves()):
         patch, numbers, places = pinned(surface, chart)
         size = np.ptp(chart.plane, axis=0).min()
@@ -276,7 +276,7 @@ def test_after_a_few_still_frames_the_energy_is_within_a_hundredth_of_the_least(
 
 
 @pytest.mark.long
-def test_energy_returns_with_the_pin():
+def test_energy_returns_to_its_start_when_the_pin_moves_back():
     surface, chart = dome()
     patch, numbers, places = pinned(surface, chart)
     for _ in range(20):
@@ -315,7 +315,7 @@ def test_single_pin_moves_the_whole_map():
     np.testing.assert_allclose(patch.plane.mean(axis=0), chart.plane.mean(axis=0) + 0.05, atol=0.01)
 
 
-def test_frames_without_pins_minimise_the_energy():
+def test_energy_is_minimised_without_pins():
     surface, chart = dome()
     patch = PinnedPatch(surface, chart)
     assert patch.lag == 0.0
@@ -345,7 +345,7 @@ def test_patch_follows_at_any_weight_of_lengths(lengths):
 class TestContradictoryPins:
     """The map stays finite, no triangle flips, and the lag is reported."""
 
-    def test_swapped(self):
+    def test_swapping_two_pins_keeps_the_map_valid(self):
         surface, chart = dome()
         patch, (first, second, *_), places = pinned(surface, chart)
         for here, there in zip(line(places[0], places[1]), line(places[1], places[0]), strict=True):
@@ -353,19 +353,19 @@ class TestContradictoryPins:
             dragged(patch, first, [here])
 
     @pytest.mark.parametrize("far", [0.2, 1.0, 5.0])
-    def test_dragged_far_outside(self, far):
+    def test_pin_dragged_out_of_reach_is_reported(self, far):
         surface, chart = dome()
         patch, numbers, places = pinned(surface, chart)
         dragged(patch, numbers[0], [places[0] + [far, 0.0]] * 30)
         assert patch.lag > 0, "an unreachable place is reported"
 
     @pytest.mark.long
-    def test_onto_another(self):
+    def test_pin_dragged_onto_another_keeps_the_map_valid(self):
         surface, chart = dome()
         patch, numbers, places = pinned(surface, chart)
         dragged(patch, numbers[0], [*line(places[0], places[1]), *[places[1]] * 20])
 
-    def test_from_one_side_to_the_other_at_once_and_back(self):
+    def test_pin_that_jumps_across_the_patch_and_back_is_reached(self):
         surface, chart = waves()
         patch, numbers, places = pinned(surface, chart)
         dragged(patch, numbers[0], [places[1] + 0.01, places[2], places[3] - 0.02, *[places[0]] * 30])
@@ -390,11 +390,11 @@ class TestRejectedInput:
         ("face", "weights"),
         [(-1, (1, 0, 0)), (10**6, (1, 0, 0)), (0, (2, -1, 0)), (0, (0.2, 0.2, 0.2)), (0, (np.nan, 0.5, 0.5))],
     )
-    def test_a_place_that_is_not_on_the_patch(self, face, weights):
+    def test_pin_off_the_patch_is_rejected(self, face, weights):
         with pytest.raises(MapError, match="not on the patch"):
             PinnedPatch(*dome()).add(SurfacePoint(0, face, weights))
 
-    def test_a_second_pin_at_the_same_place_of_the_body(self):
+    def test_second_pin_at_the_same_place_is_rejected(self):
         surface, chart = dome()
         patch, _, _ = pinned(surface, chart)
         vertex = far_points(chart.plane, 1)[0]
@@ -402,14 +402,14 @@ class TestRejectedInput:
             with pytest.raises(MapError, match="pin is already"):
                 patch.add(SurfacePoint(0, int(face), tuple((chart.faces[face] == vertex).astype(float))))
 
-    def test_a_pin_that_is_not_there(self):
+    def test_unknown_pin_is_rejected(self):
         patch = PinnedPatch(*dome())
         with pytest.raises(MapError, match="unknown pin"):
             patch.move(0, (0.0, 0.0))
         with pytest.raises(MapError, match="unknown pin"):
             patch.remove(3)
 
-    def test_a_share_of_lengths_above_1(self):
+    def test_share_of_lengths_above_one_is_rejected(self):
         with pytest.raises(MapError, match="share of lengths is out of range"):
             PinnedPatch(*dome(), lengths=1.5)
 
@@ -417,7 +417,7 @@ class TestRejectedInput:
         with pytest.raises(MapError, match="another surface"):
             PinnedPatch(dome()[0], waves()[1])
 
-    def test_a_map_with_flips(self):
+    def test_map_with_flips_is_rejected(self):
         surface, chart = dome()
         with pytest.raises(MapError, match="flipped"):
             PinnedPatch(surface, chart, plane=chart.plane * [-1, 1])

@@ -33,7 +33,7 @@ def expected(carried, hessian):
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_any_weights(seed):
+def test_projection_with_random_weights_equals_the_dense_product(seed):
     surface = cap(1.0, rings=3, radius=0.6)
     problem = SymmetricDirichlet(surface)
     carried = random_weights(len(surface.vertices), 9, seed)
@@ -47,7 +47,7 @@ def test_any_weights(seed):
         assert small.has_sorted_indices
 
 
-def test_cage_weights():
+def test_projection_with_cage_weights_equals_the_dense_product():
     surface = sheet(24, 18, shape=lambda x, y: 0.02 * np.sin(40 * x))
     chart = flatten(surface)
     carried = build_coarse_cage(surface, chart, faces=120).carried
@@ -75,7 +75,7 @@ def test_reduced_energy_equals_that_of_the_whole_map(carried):
     assert energy.energy(-plane * [1, -1]) == np.inf
 
 
-def test_the_gradient_is_the_energys(carried):
+def test_gradient_equals_the_derivative_of_the_energy(carried):
     _, _, energy, plane = carried
     gradient = energy.gradient(plane)
     h = 1e-8
@@ -88,7 +88,7 @@ def test_the_gradient_is_the_energys(carried):
         assert gradient[k] == pytest.approx(slope, rel=1e-4, abs=1e-3)
 
 
-def test_the_hessian_is_never_negative_and_keeps_its_pattern(carried):
+def test_hessian_is_positive_semidefinite_and_keeps_its_pattern(carried):
     _, _, energy, plane = carried
     first = energy.derivatives(plane)[1]
     second = energy.derivatives(1.2 * plane)[1]
@@ -97,7 +97,7 @@ def test_the_hessian_is_never_negative_and_keeps_its_pattern(carried):
     assert values.min() > -1e-9 * values.max()
 
 
-def test_its_least_is_close_to_the_whole_maps(carried):
+def test_minimum_of_reduced_model_is_close_to_that_of_the_whole_map(carried):
     problem, cage, energy, plane = carried
     *_, few = minimise(energy, plane)
     *_, all_ = minimise(problem, cage.carried @ plane)
@@ -139,13 +139,13 @@ def test_reduced_model_reproduces_its_map_and_affine_maps_exactly(made):
     )
 
 
-def test_its_vertices_are_those_of_the_patch(made):
+def test_cage_vertices_are_vertices_of_the_patch(made):
     surface, chart, cage = made
     np.testing.assert_array_equal(cage.surface.vertices, surface.vertices[chart.vertex_of[cage.chosen]])
     np.testing.assert_array_equal(cage.owners[cage.chosen], np.arange(len(cage.chosen)))
 
 
-def test_a_pins_place_is_the_same_in_coarse_faces(made):
+def test_pin_has_the_same_place_in_coarse_faces(made):
     _, chart, cage = made
     rng = np.random.default_rng(0)
     corners = chart.faces[rng.integers(len(chart.faces), size=50)]
@@ -158,7 +158,7 @@ def test_a_pins_place_is_the_same_in_coarse_faces(made):
 
 
 @pytest.mark.long
-def test_the_two_sides_of_a_slit_are_carried_apart():
+def test_sides_of_a_slit_belong_to_different_cage_vertices():
     flat = sheet(40, 30)
     path = shortest_edge_path(flat, [int(np.argmin(np.linalg.norm(flat.vertices - p, axis=1))) for p in _SLIT])
     chart = flatten(flat, seams=SeamPlan(extra=0, drawn=path))

@@ -20,13 +20,13 @@ def tube():
     return frustum(length=0.2, around=24, along=16)
 
 
-def test_a_drawn_seam_is_the_seam_of_a_tube(tube):
+def test_drawn_seam_is_the_seam_of_a_tube(tube):
     drawn = shortest_edge_path(tube, [5, 5 + 16 * 24])
     assert len(drawn) == 16
     assert _pairs(cut_to_disk(tube, drawn=drawn).seams) == _pairs(drawn)
 
 
-def test_a_drawn_slit_inside_is_joined_to_the_border():
+def test_drawn_slit_inside_is_joined_to_the_border():
     plate = sheet(12, 8)
     middle = [6 * 9 + 2, 6 * 9 + 5]
     drawn = shortest_edge_path(plate, middle)
@@ -41,12 +41,12 @@ def test_seam_that_separates_the_patch_is_rejected():
         cut_to_disk(plate, drawn=shortest_edge_path(plate, [6 * 9, 6 * 9 + 8]))
 
 
-def test_a_seam_off_the_edges_is_rejected(tube):
+def test_seam_off_the_edges_is_rejected(tube):
     with pytest.raises(MapError, match=r"leaves the edges.*vertices 0 and 100"):
         cut_to_disk(tube, drawn=np.array([[0, 100]]))
 
 
-def test_the_seam_goes_around_an_area_of_interest(tube):
+def test_seam_goes_around_an_area_of_interest(tube):
     straight = cut_to_disk(tube)
     importance = np.zeros(len(tube.vertices))
     near = np.unique(straight.seams)
@@ -57,7 +57,7 @@ def test_the_seam_goes_around_an_area_of_interest(tube):
     assert not importance[np.unique(around.seams)].any()
 
 
-def test_a_ball_is_opened_outside_the_area_of_interest():
+def test_ball_is_opened_outside_the_area_of_interest():
     ball = sphere(radius=0.05)
     importance = np.where(ball.vertices[:, 2] > 0, 10.0, 0.0)
     seams = np.unique(cut_to_disk(ball, importance=importance).seams)
@@ -75,7 +75,7 @@ def test_each_extra_seam_reduces_the_distortion_of_a_nearly_closed_body():
     assert energies[0] - energies[1] > 1
 
 
-def test_a_path_takes_the_places_in_their_order(tube):
+def test_path_visits_the_places_in_order(tube):
     whole = shortest_edge_path(tube, [0, 4, 28])
     assert _pairs(whole) == _pairs(shortest_edge_path(tube, [0, 4])) | _pairs(shortest_edge_path(tube, [4, 28]))
 

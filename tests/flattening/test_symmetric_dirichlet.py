@@ -24,7 +24,7 @@ def _sides(rest):
     return np.stack([rest.base, second, np.hypot(rest.along, rest.across)], axis=1)
 
 
-def test_sides_and_areas_are_those_of_the_surface():
+def test_sides_and_areas_match_the_surface():
     surface = named("bumpy tube")
     rest = rest_triangles(surface.vertices, surface.faces)
     corners = surface.vertices[surface.faces]
@@ -45,7 +45,7 @@ def test_sides_and_areas_are_those_of_the_surface():
         [[0, 0, 0], [1, 0, 0], [0.5, 1e-9, 0]],
     ],
 )
-def test_a_face_without_area_gets_a_little(corners):
+def test_face_with_zero_area_gets_a_small_area(corners):
     good = np.array([[0, 0, 1.0], [1, 0, 1], [0, 1, 1]])
     positions = np.concatenate([good, np.array(corners, dtype=float)])
     rest = rest_triangles(positions, np.array([[0, 1, 2], [3, 4, 5]]))
@@ -56,7 +56,7 @@ def test_a_face_without_area_gets_a_little(corners):
 
 
 @pytest.mark.parametrize("surface", [cap(1.0, rings=3), frustum(around=5, along=2)], ids=["disk", "tube"])
-def test_the_sum_is_the_dense_sums_upper_triangle(surface):
+def test_assembled_matrix_equals_the_upper_triangle_of_the_dense_sum(surface):
     faces = surface.faces
     count = len(surface.vertices)
     generator = np.random.default_rng(0)
@@ -106,21 +106,21 @@ def test_energy_is_four_for_an_isometry_and_follows_the_formula_for_stretch():
     assert problem.energy(flat.vertices[:, :2] * [2, 0.5]) == pytest.approx(2 * (4 + 0.25), rel=1e-12)
 
 
-def test_angles_alone_do_not_mind_size():
+def test_energy_of_angles_alone_is_independent_of_scale():
     flat = sheet()
     problem = SymmetricDirichlet(flat, lengths=0.0)
     assert problem.energy(7 * flat.vertices[:, :2]) == pytest.approx(4, abs=1e-12)
     assert problem.energy(flat.vertices[:, :2] * [2, 0.5]) == pytest.approx(2 * (4 + 0.25), rel=1e-12)
 
 
-def test_a_flip_costs_infinitely_much():
+def test_flipped_triangle_has_infinite_energy():
     flat = sheet()
     problem = SymmetricDirichlet(flat)
     assert problem.energy(flat.vertices[:, :2] * [-1, 1]) == np.inf
     assert problem.energy(flat.vertices[:, :2] * [0, 1]) == np.inf
 
 
-def test_the_gradient_is_the_energys(posed):
+def test_gradient_equals_the_derivative_of_the_energy(posed):
     problem, plane = posed
     gradient, _ = problem.derivatives(plane)
     h = 1e-6
@@ -133,7 +133,7 @@ def test_the_gradient_is_the_energys(posed):
     np.testing.assert_allclose(gradient, differences, rtol=1e-6, atol=1e-8)
 
 
-def test_where_nothing_is_negative_the_hessian_is_the_energys(posed):
+def test_hessian_without_negative_modes_equals_the_second_derivative_of_the_energy(posed):
     problem, plane = posed
     plane = 2.5 * plane  # stretched both ways, so that no mode needs to be set to zero
     assert np.linalg.svd(problem.jacobians(plane))[1].min() > 1
@@ -148,14 +148,14 @@ def test_where_nothing_is_negative_the_hessian_is_the_energys(posed):
     np.testing.assert_allclose(full(hessian), rows, atol=1e-6 * np.abs(rows).max())
 
 
-def test_the_hessian_is_never_negative(posed):
+def test_hessian_is_positive_semidefinite(posed):
     problem, plane = posed
     squeezed = plane * [0.3, 1.7]
     values = np.linalg.eigvalsh(full(problem.derivatives(squeezed)[1]))
     assert values.min() > -1e-10 * values.max()
 
 
-def test_the_largest_step_ends_at_the_first_flip(posed):
+def test_largest_step_ends_at_the_first_flip(posed):
     problem, plane = posed
     step = np.random.default_rng(1).normal(size=plane.shape)
     limit = problem.largest_step(plane, step)
@@ -164,12 +164,12 @@ def test_the_largest_step_ends_at_the_first_flip(posed):
     assert flipped(plane + 1.000001 * limit * step, problem.faces).any()
 
 
-def test_a_step_that_only_grows_has_no_limit(posed):
+def test_step_that_only_enlarges_triangles_has_no_limit(posed):
     problem, plane = posed
     assert problem.largest_step(plane, plane) == np.inf
 
 
-def test_the_best_scale_is_the_best():
+def test_best_scale_minimizes_the_energy():
     surface = cap(1.0, rings=3, radius=1.0)
     problem = SymmetricDirichlet(surface)
     plane = tutte(surface)
@@ -179,7 +179,7 @@ def test_the_best_scale_is_the_best():
     assert problem.energy_at_best_scale(plane * [-1, 1]) == np.inf
 
 
-def test_the_gradient_alone_is_the_same(posed):
+def test_gradient_without_hessian_equals_gradient_with_hessian(posed):
     problem, plane = posed
     np.testing.assert_array_equal(problem.gradient(plane), problem.derivatives(plane)[0])
 

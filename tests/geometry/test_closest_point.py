@@ -11,7 +11,7 @@ from tests.hard_cases.meshes import HOPELESS_MESHES
 TRIANGLE = Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
 
 
-def test_inside_on_an_edge_and_at_a_corner() -> None:
+def test_closest_point_is_found_inside_on_an_edge_and_at_a_corner() -> None:
     faces, weights, away = ClosestPoint(TRIANGLE).query(np.array([[0.25, 0.25, 2], [0.5, -1, 0], [-3, -4, 0.0]]))
     assert faces.tolist() == [0, 0, 0]
     assert weights == pytest.approx(np.array([[0.5, 0.25, 0.25], [0.5, 0.5, 0], [1, 0, 0]]))
@@ -30,12 +30,12 @@ def test_input_that_would_crash_native_code_is_rejected() -> None:
         ClosestPoint(TRIANGLE).query(np.array([[np.nan, 0, 0]]))
 
 
-def test_weights_in_triangle_without_area_are_on_its_nearest_side() -> None:
+def test_weights_in_a_degenerate_triangle_are_on_its_nearest_side() -> None:
     line = np.array([[[0, 0, 0], [1, 0, 0], [3, 0, 0.0]], [[2, 2, 2], [2, 2, 2], [2, 2, 2.0]]])
     weights = barycentric(line, np.array([[2.5, 0, 0], [2, 2, 2.0]]))
     assert np.einsum("kc,kcd->kd", weights, line) == pytest.approx(np.array([[2.5, 0, 0], [2, 2, 2]]))
 
 
-def test_weights_in_the_plane_work_too() -> None:
+def test_barycentric_weights_work_in_two_dimensions() -> None:
     corners = np.array([[[0, 0], [1, 0], [0, 1.0]]])
     assert barycentric(corners, np.array([[0.2, 0.3]])) == pytest.approx(np.array([[0.5, 0.2, 0.3]]))

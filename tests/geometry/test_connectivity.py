@@ -38,12 +38,12 @@ def test_edges_are_numbered_with_their_face_counts() -> None:
     assert not any(part.flags.writeable for part in (table.edges, table.edge_of, table.face_count, table.twins))
 
 
-def test_two_faces_that_run_the_same_way_disagree() -> None:
+def test_faces_with_the_same_edge_direction_are_inconsistent() -> None:
     assert Connectivity(SQUARE).agrees_in_direction
     assert not Connectivity(np.array([[0, 1, 2], [0, 3, 2]])).agrees_in_direction
 
 
-def test_twins_run_along_one_edge_from_end_to_end() -> None:
+def test_twin_half_edges_run_in_opposite_directions() -> None:
     mesh = cap(1.2, rings=5)
     found = mesh.connectivity
     corners = mesh.faces.ravel()
@@ -54,7 +54,7 @@ def test_twins_run_along_one_edge_from_end_to_end() -> None:
     np.testing.assert_array_equal(found.edge_of.ravel()[two], found.twin_edges)
 
 
-def test_face_pairs_and_components() -> None:
+def test_face_pairs_and_components_are_found() -> None:
     assert Connectivity(SQUARE).face_pairs.tolist() == [[0, 1]]
     assert Connectivity(SQUARE).components.tolist() == [0, 0]
     assert len(set(Connectivity(BOW_TIE).components.tolist())) == 2
@@ -66,24 +66,24 @@ def test_boundary_of_a_square_is_one_loop() -> None:
     assert sorted(loop.tolist()) == [0, 1, 2, 3]
 
 
-def test_a_tube_has_two_loops_and_a_ball_none() -> None:
+def test_tube_has_two_border_loops_and_a_ball_none() -> None:
     assert [len(loop) for loop in HARD_MESHES["open tube"].connectivity.boundary_loops] == [40, 40]
     assert HARD_MESHES["sphere"].connectivity.boundary_loops == ()
 
 
-def test_two_fans_at_a_vertex_are_found_and_refused() -> None:
+def test_vertex_with_two_fans_is_found_and_rejected() -> None:
     assert Connectivity(BOW_TIE).bow_tie_vertices.tolist() == [0]
     with pytest.raises(MeshError, match="vertex 0"):
         _ = Connectivity(BOW_TIE).boundary_loops
 
 
-def test_faces_that_disagree_in_direction_are_rejected() -> None:
+def test_inconsistently_oriented_faces_are_rejected() -> None:
     with pytest.raises(MeshError, match="simple loops"):
         _ = Connectivity(np.array([[0, 1, 2], [0, 3, 2]])).boundary_loops
 
 
 @pytest.mark.parametrize(("name", "value"), [("sphere", 2), ("torus", 0), ("open tube", 0), ("flat plate", 1)])
-def test_euler_characteristic(name: str, value: int) -> None:
+def test_euler_characteristic_is_correct(name: str, value: int) -> None:
     assert HARD_MESHES[name].connectivity.euler_characteristic == value
 
 
@@ -91,20 +91,20 @@ def test_euler_characteristic(name: str, value: int) -> None:
     ("name", "closed"),
     [("sphere", True), ("torus", True), ("open tube", False), ("moebius", False), ("soup", False), ("fin", False)],
 )
-def test_closed_manifold(name: str, closed: bool) -> None:
+def test_closed_manifolds_are_recognized(name: str, closed: bool) -> None:
     assert HARD_MESHES[name].connectivity.is_closed_manifold is closed
 
 
-def test_compact_renumbers() -> None:
+def test_unreferenced_vertices_are_removed_and_faces_renumbered() -> None:
     faces, kept = connectivity.remove_unreferenced(np.array([[7, 3, 9]]))
     assert (faces.tolist(), kept.tolist()) == ([[1, 0, 2]], [3, 7, 9])
 
 
-def test_faces_at_a_vertex() -> None:
+def test_faces_touching_a_vertex_are_found() -> None:
     assert connectivity.faces_touching(SQUARE, np.array([1]), 4).tolist() == [True, False]
 
 
-def test_averaging_gives_the_mean_of_neighbours_and_zero_without_any() -> None:
+def test_averaging_matrix_gives_the_mean_of_neighbours_or_zero_without_neighbours() -> None:
     mean = connectivity.averaging_matrix(np.array([[0, 1], [0, 2]]), 4) @ np.array([1.0, 2.0, 4.0, 8.0])
     assert mean.tolist() == [3.0, 1.0, 1.0, 0.0]
 
@@ -123,26 +123,26 @@ def clashing_edges(faces: np.ndarray) -> int:
 
 
 @pytest.mark.parametrize("name", ["turned at random", "soup", "torus", "three holes", "two triangles", "loose pieces"])
-def test_neighbours_agree_afterwards(name: str) -> None:
+def test_adjacent_faces_are_consistent_after_orientation(name: str) -> None:
     mesh = hard_mesh(name)
     result = oriented(mesh)
     assert result.clashes == 0
     assert clashing_edges(flip_faces(mesh.faces, result.turned)) == 0
 
 
-def test_the_precondition_of_that_test() -> None:
+def test_mesh_turned_at_random_has_many_inconsistent_faces() -> None:
     assert clashing_edges(hard_mesh("turned at random").faces) > 100
 
 
 @pytest.mark.parametrize("name", ["moebius", "klein bottle"])
-def test_a_one_sided_surface_keeps_a_few_clashes_and_counts_them(name: str) -> None:
+def test_orientation_of_a_one_sided_surface_counts_the_remaining_conflicts(name: str) -> None:
     mesh = hard_mesh(name)
     result = oriented(mesh)
     left = clashing_edges(flip_faces(mesh.faces, result.turned))
     assert 0 < left == result.clashes < 0.3 * np.sqrt(3 * len(mesh.faces)) + 40
 
 
-def test_smallest_area_is_turned() -> None:
+def test_orientation_flips_the_smaller_area() -> None:
     ball = sphere()
     few = np.arange(len(ball.faces)) < 100
     assert np.array_equal(oriented(Mesh(ball.vertices, flip_faces(ball.faces, few))).turned, few)
@@ -158,7 +158,7 @@ def test_each_component_is_oriented_independently_and_labelled() -> None:
     assert np.array_equal(np.bincount(result.component), [1280, 1280])
 
 
-def test_an_edge_with_three_faces_pairs_the_two_of_one_piece() -> None:
+def test_edge_with_three_faces_pairs_the_two_of_one_component() -> None:
     fin = HARD_MESHES["fin"]
     component = oriented(fin).component
     assert component.max() == 1, "the fin is a component of its own"
@@ -209,7 +209,7 @@ def fans(faces: np.ndarray) -> int:
 
 
 @pytest.mark.parametrize("name", ["fin", "book", "two cubes", "bow-ties", "cube", "one triangle", "moebius"])
-def test_every_edge_has_two_faces_at_most_and_every_vertex_one_fan(name: str) -> None:
+def test_split_mesh_has_at_most_two_faces_at_an_edge_and_one_fan_at_a_vertex(name: str) -> None:
     mesh = hard_mesh(name)
     before, _, faces, vertex_of = taken_apart(mesh)
     assert Connectivity(faces).face_count.max() <= 2
@@ -219,7 +219,7 @@ def test_every_edge_has_two_faces_at_most_and_every_vertex_one_fan(name: str) ->
     assert (np.diff(vertex_of) >= 0).all()
 
 
-def test_a_sound_mesh_keeps_its_numbers() -> None:
+def test_valid_mesh_keeps_its_vertex_numbers() -> None:
     mesh = hard_mesh("torus")
     _, _, faces, vertex_of = taken_apart(mesh)
     assert np.array_equal(faces, mesh.faces)
@@ -234,7 +234,7 @@ def test_fin_becomes_a_component_and_box_stays_connected() -> None:
 
 
 @pytest.mark.parametrize(("name", "pieces"), [("book", 5), ("two cubes", 2), ("bow-ties", 4), ("torus", 1)])
-def test_pieces_are_those_of_the_split_faces(name: str, pieces: int) -> None:
+def test_components_match_the_split_faces(name: str, pieces: int) -> None:
     _, twins, faces, _ = taken_apart(hard_mesh(name))
     assert np.array_equal(components_of(twins, len(faces)), Connectivity(faces).components)
     assert components_of(twins, len(faces)).max() + 1 == pieces

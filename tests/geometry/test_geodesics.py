@@ -25,7 +25,7 @@ def test_distance_on_a_flat_sheet_is_the_straight_line():
     np.testing.assert_allclose(Geodesics(surface).from_vertex(17, everywhere), expected, atol=1e-12)
 
 
-def test_around_a_tube_it_is_a_helix():
+def test_distance_around_a_tube_is_that_of_a_helix():
     surface = frustum(0.05, 0.05, length=0.2, around=60, along=30)
     everywhere = np.arange(len(surface.vertices))
     turn = np.abs(np.angle(np.exp(1j * np.arctan2(surface.vertices[:, 1], surface.vertices[:, 0]))))
@@ -34,7 +34,7 @@ def test_around_a_tube_it_is_a_helix():
     np.testing.assert_allclose(Geodesics(surface).from_vertex(0, everywhere), expected, rtol=1e-3, atol=1e-9)
 
 
-def test_the_quick_way_is_close():
+def test_approximate_distance_is_close_to_the_exact_one():
     surface = cap(1.2, rings=20)
     everywhere = np.arange(1, len(surface.vertices))
     geodesics = Geodesics(surface)
@@ -51,7 +51,7 @@ def test_targets_may_repeat_and_come_in_any_order():
 
 
 @pytest.mark.parametrize("name", ["thin faces", "one triangle"])
-def test_an_unsafe_surface_is_measured_along_its_edges(name):
+def test_surface_unsafe_for_exact_geodesics_is_measured_along_edges(name):
     surface = named("thin faces") if name == "thin faces" else Mesh(np.eye(3) * [1, 1, 0], [[0, 1, 2]])
     geodesics = Geodesics(surface)
     assert geodesics.exact is (name == "one triangle")
@@ -78,7 +78,7 @@ def test_geodesics_ignore_unreferenced_vertices():
 
 
 @pytest.mark.parametrize("name", ["saddle", "bumpy tube", "sieve", "hemisphere", "torus"])
-def test_near_distances_are_the_exact_ones_within_reach(name):
+def test_near_distances_are_exact_within_the_reach(name):
     surface = named(name)
     geodesics = Geodesics(surface)
     everywhere = np.arange(len(surface.vertices))
@@ -92,7 +92,7 @@ def test_near_distances_are_the_exact_ones_within_reach(name):
         assert np.isinf(near[exact > reach * (1 + 1e-9)]).all()
 
 
-def test_near_distances_along_edges_end_at_the_reach_too():
+def test_near_distances_along_edges_are_limited_by_the_reach():
     surface = named("thin faces")
     near = Geodesics(surface).from_vertex_within(0, np.arange(len(surface.vertices)), 0.03)
     assert 2 < np.isfinite(near).sum() < len(near)
@@ -103,14 +103,14 @@ LADDER = edge_graph(np.array([[0, 1], [1, 2], [0, 3], [3, 4], [2, 4], [5, 6]]), 
 """0 - 1 - 2 - 4 is shorter than 0 - 3 - 4; 5 and 6 are on their own."""
 
 
-def test_the_shortest_way_is_found_and_walked():
+def test_shortest_path_is_found_and_traversed():
     distances, before = shortest_path_tree(LADDER, 0)
     assert distances.tolist() == [0, 1, 2, 1, 3, np.inf, np.inf]
     assert path_in_tree(before, 4).tolist() == [0, 1, 2, 4]
     assert path_in_tree(before, 6).tolist() == [6], "no way leads there"
 
 
-def test_the_nearest_of_several_sources():
+def test_nearest_of_several_sources_is_found():
     sources = np.array([3, 4])
     distances, nearest = nearest_sources(LADDER, sources, limit=1.5)
     assert distances.tolist() == [1, np.inf, 1, 0, 0, np.inf, np.inf]
@@ -119,7 +119,7 @@ def test_the_nearest_of_several_sources():
     assert distances_from(LADDER, sources).tolist() == [1, 2, 1, 0, 0, np.inf, np.inf]
 
 
-def test_all_distances_and_a_subset_agree():
+def test_distances_to_a_subset_agree_with_all_distances():
     every = all_path_lengths(LADDER)
     np.testing.assert_array_equal(every, every.T)
     np.testing.assert_array_equal(all_path_lengths(LADDER, np.array([4, 0])), every[[4, 0]][:, [4, 0]])

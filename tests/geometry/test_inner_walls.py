@@ -27,7 +27,7 @@ def distances(mesh: Mesh, axes: slice) -> np.ndarray:
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("rounded", [False, True])
 @pytest.mark.parametrize("half_angle", [np.pi / 2, 2 * np.pi / 3])
-def test_the_inner_wall_of_a_bowl_is_found_and_its_rim_stays(half_angle: float, rounded: bool) -> None:
+def test_inner_wall_of_a_bowl_is_found_without_its_rim(half_angle: float, rounded: bool) -> None:
     mesh = bowl(half_angle, rounded=rounded)
     inner = found(mesh)
     radius = distances(mesh, slice(None))
@@ -38,7 +38,7 @@ def test_the_inner_wall_of_a_bowl_is_found_and_its_rim_stays(half_angle: float, 
 
 
 @pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
-def test_the_inner_wall_of_a_tube_is_found_in_any_unit(scale: float) -> None:
+def test_inner_wall_of_a_tube_is_found_in_any_unit(scale: float) -> None:
     mesh = walled_tube()
     inner = found(moved(scaled(mesh, scale), (scale, 0, 0)))
     assert np.array_equal(inner, distances(mesh, slice(2)) < 0.0275)
@@ -53,7 +53,7 @@ def test_only_outermost_side_of_nested_walls_remains() -> None:
     assert np.array_equal(found(walls)[sides], distances(walls, slice(2))[sides] < 0.0285)
 
 
-def test_a_rib_in_a_cavity_belongs_to_its_inner_wall_and_one_outside_does_not() -> None:
+def test_rib_in_a_cavity_is_part_of_the_inner_wall_and_outer_rib_is_not() -> None:
     up = np.linspace(0, 0.1, 16)
     down = np.linspace(0.1, 0, 16)
     outer = [(0.05, z) for z in up[:8]] + [(0.065, up[7]), (0.065, up[8])] + [(0.05, z) for z in up[8:]]
@@ -79,7 +79,7 @@ NONE = {
 
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", NONE)
-def test_a_body_without_a_cavity_in_a_thin_wall_has_no_inner_wall(name: str) -> None:
+def test_body_without_a_cavity_in_a_thin_wall_has_no_inner_wall(name: str) -> None:
     assert not found(NONE[name]()).any()
 
 

@@ -15,7 +15,7 @@ from tests.support.surfaces import sheet
 TRIANGLE = Mesh([[0, 0, 0], [2, 0, 0], [0, 2, 0]], [[0, 1, 2]])
 
 
-def test_areas_normals_edges_bounds_and_size() -> None:
+def test_triangle_has_correct_areas_normals_edges_bounds_and_size() -> None:
     assert TRIANGLE.face_areas.tolist() == [2.0]
     assert TRIANGLE.area == 2.0
     assert TRIANGLE.face_normals.tolist() == [[0, 0, 1]]
@@ -25,24 +25,24 @@ def test_areas_normals_edges_bounds_and_size() -> None:
     assert TRIANGLE.size == pytest.approx(np.sqrt(8))
 
 
-def test_points_and_normals_by_weights() -> None:
+def test_points_and_normals_are_interpolated_by_weights() -> None:
     assert TRIANGLE.point(0, (0.5, 0.25, 0.25)).tolist() == [0.5, 0.5, 0]
     assert TRIANGLE.points(np.array([0, 0]), np.array([[1, 0, 0], [0, 1, 0.0]])).tolist() == [[0, 0, 0], [2, 0, 0]]
     assert TRIANGLE.normal(0, (1 / 3, 1 / 3, 1 / 3)).tolist() == pytest.approx([0, 0, 1])
 
 
-def test_a_face_without_area_has_no_normal() -> None:
+def test_face_without_area_has_no_normal() -> None:
     mesh = Mesh([[0, 0, 0], [1, 0, 0]], [[0, 1, 1]])
     assert mesh.face_normals.tolist() == [[0, 0, 0]]
     assert mesh.normal(0, (1, 0, 0)).tolist() == [0, 0, 0]
 
 
-def test_an_empty_mesh_is_a_value_too() -> None:
+def test_empty_mesh_is_valid() -> None:
     mesh = Mesh(np.zeros((0, 3)), np.zeros((0, 3), dtype=int))
     assert (mesh.area, mesh.size, len(mesh.edges)) == (0, 0, 0)
 
 
-def test_arrays_are_its_own_and_read_only() -> None:
+def test_mesh_copies_its_arrays_and_makes_them_read_only() -> None:
     vertices = np.eye(3)
     mesh = Mesh(vertices, np.array([[0, 1, 2]]))
     vertices[0, 0] = 9
@@ -51,13 +51,13 @@ def test_arrays_are_its_own_and_read_only() -> None:
         mesh.vertices[0, 0] = 2
 
 
-def test_a_vertex_that_is_not_finite_is_named() -> None:
+def test_vertex_that_is_not_finite_is_named() -> None:
     with pytest.raises(MeshError, match="vertex 1.*finite"):
         Mesh([[0, 0, 0], [np.nan, 0, 0], [0, 1, 0]], [[0, 1, 2]])
 
 
 @pytest.mark.parametrize("index", [3, -1])
-def test_a_face_out_of_range_is_named(index: int) -> None:
+def test_face_with_an_unknown_vertex_is_named(index: int) -> None:
     with pytest.raises(MeshError, match="face 1"):
         Mesh(np.eye(3), [[0, 1, 2], [0, 1, index]])
 
@@ -99,7 +99,7 @@ def test_mesh_is_solid_if_closed_with_faces_outward() -> None:
     assert not Mesh(corners, one_turned).is_solid
 
 
-def test_solid_bodies_may_touch_and_be_many_but_each_is_outward() -> None:
+def test_mesh_of_touching_closed_bodies_is_solid_if_each_faces_outward() -> None:
     corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
     outward = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
     # The second shares the edge from 0 to 1, which four faces meet in.
@@ -114,6 +114,6 @@ def test_solid_bodies_may_touch_and_be_many_but_each_is_outward() -> None:
     assert not Mesh(np.zeros((0, 3)), np.zeros((0, 3), int)).is_solid
 
 
-def test_a_mesh_without_faces_has_no_normals() -> None:
+def test_mesh_without_faces_has_no_normals() -> None:
     alone = Mesh(np.eye(3), np.zeros((0, 3), dtype=np.int64))
     np.testing.assert_array_equal(alone.vertex_normals, np.zeros((3, 3)))

@@ -17,7 +17,7 @@ def boxes():
     return low, low + rng.uniform(0, 0.3, (80, 2))
 
 
-def test_every_box_that_holds_a_point_is_a_candidate(boxes):
+def test_every_box_that_contains_a_point_is_a_candidate(boxes):
     low, high = boxes
     points = np.concatenate([np.random.default_rng(1).uniform(-1.5, 1.5, (500, 2)), low, high])
     row, box = BoxGrid(low, high, 0.1).candidates(points)
@@ -28,12 +28,12 @@ def test_every_box_that_holds_a_point_is_a_candidate(boxes):
     assert len(found) == len(row), "no pair twice"
 
 
-def test_points_outside_or_not_finite_have_no_candidates(boxes):
+def test_points_outside_all_boxes_or_not_finite_have_no_candidates(boxes):
     row, _ = BoxGrid(*boxes, 0.1).candidates(np.array([[9, 0], [-9, 0], [0, 1e300], [np.nan, 0], [0, np.inf]]))
     assert len(row) == 0
 
 
-def test_pairs_hold_every_overlap_once(boxes):
+def test_pairs_contain_every_overlap_once(boxes):
     low, high = boxes
     i, j = BoxGrid(low, high, 0.1).pairs()
     found = set(zip(i.tolist(), j.tolist(), strict=True))
@@ -43,13 +43,13 @@ def test_pairs_hold_every_overlap_once(boxes):
     assert (i < j).all()
 
 
-def test_a_tiny_cell_does_not_take_all_memory():
+def test_tiny_cell_size_does_not_exhaust_memory():
     low = np.array([[0.0, 0.0], [1e6, 1e6], [0, 1e6]])
     row, box = BoxGrid(low, low + 1e-9, 1e-9).candidates(low)
     assert (row == box).sum() == 3
 
 
-def test_boxes_without_extent_are_held():
+def test_boxes_without_extent_are_found():
     low = np.zeros((3, 2))
     assert len(BoxGrid(low, low, 0.0).pairs()[0]) == 3
 
@@ -73,7 +73,7 @@ def _weights(count):
 @pytest.mark.long
 @pytest.mark.parametrize("scale", [1e-9, 1.0, 1e9])
 @pytest.mark.parametrize("mirrored", [False, True])
-def test_a_point_inside_is_found_with_its_weights(triangles, scale, mirrored):
+def test_point_inside_is_found_with_its_weights(triangles, scale, mirrored):
     corners = scale * triangles * ([-1, 1] if mirrored else [1, 1])
     weights = _weights(len(corners))
     face, found = PointLocator(corners).query(np.einsum("kc,kcd->kd", weights, corners))
@@ -83,7 +83,7 @@ def test_a_point_inside_is_found_with_its_weights(triangles, scale, mirrored):
 
 @pytest.mark.parametrize("weights", [(1, 0, 0), (0, 1, 0), (0.5, 0.5, 0), (0, 0.1, 0.9), (1 / 3, 0, 2 / 3)])
 @pytest.mark.parametrize("offset", [0.0, 1e3])
-def test_points_on_sides_and_corners_are_never_lost(triangles, weights, offset):
+def test_points_on_sides_and_corners_are_always_located(triangles, weights, offset):
     corners = triangles + offset
     points = np.einsum("c,kcd->kd", weights, corners)
     face, found = PointLocator(corners).query(points)
@@ -93,7 +93,7 @@ def test_points_on_sides_and_corners_are_never_lost(triangles, weights, offset):
     np.testing.assert_allclose(found.sum(axis=1), 1, rtol=1e-12)
 
 
-def test_rounding_off_the_rim_loses_no_point(triangles):
+def test_points_off_the_rim_by_rounding_are_located(triangles):
     """A corner computed with different rounding may be outside all triangles by a few last digits."""
     middle = triangles.mean(axis=(0, 1))
     size = 0.02 * np.ptp(triangles)

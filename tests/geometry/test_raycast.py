@@ -24,7 +24,7 @@ CUBE = HARD_MESHES["cube"]  # 0.2 × 0.15 × 0.1 m around the origin
 DOWN = np.array([0, 0, -1.0])
 
 
-def test_the_front_face_is_hit_not_the_back() -> None:
+def test_ray_hits_the_front_face_instead_of_the_back() -> None:
     hit = RayCaster(CUBE).first_hit(np.array([0.01, 0.02, 1.0]), 5 * DOWN)
     assert hit is not None
     assert hit.distance == pytest.approx(0.95, abs=1e-12)
@@ -44,12 +44,12 @@ def test_ray_that_misses_returns_none(origin: tuple[float, ...], direction: tupl
 
 
 @pytest.mark.parametrize("direction", [np.zeros(3), np.array([np.nan, 0, 1])])
-def test_a_ray_without_direction_is_rejected(direction: np.ndarray) -> None:
+def test_ray_without_direction_is_rejected(direction: np.ndarray) -> None:
     with pytest.raises(MeshError, match="ray"):
         RayCaster(CUBE).first_hit(np.zeros(3), direction)
 
 
-def test_a_mesh_without_faces_is_rejected() -> None:
+def test_mesh_without_faces_is_rejected() -> None:
     with pytest.raises(MeshError, match="no faces"):
         RayCaster(HOPELESS_MESHES["no faces"])
 
@@ -76,19 +76,19 @@ def thick_cup(depth: float) -> Mesh:
 @pytest.mark.parametrize(
     "name", ["sphere", "torus", "cube", "open tube", "moebius", "one triangle", "huge offset", "tiny"]
 )
-def test_all_of_a_simple_body_is_outside(name: str) -> None:
+def test_all_faces_of_a_simple_body_are_outer_faces(name: str) -> None:
     assert outer_faces(HARD_MESHES[name]).all()
 
 
 @pytest.mark.long
-def test_inner_shells_are_not() -> None:
+def test_faces_of_inner_shells_are_not_outer_faces() -> None:
     result = repair_mesh(hard_mesh("nested shells"))
     outer = outer_faces(result.mesh)
     assert [bool(outer[result.component == component].all()) for component in range(3)] == [False, False, True]
     assert not outer[result.component < 2].any()
 
 
-def test_overlapping_parts_are_outside_where_they_stick_out() -> None:
+def test_protruding_faces_of_overlapping_parts_are_outer_faces() -> None:
     ball = sphere(radius=0.05)
     other = moved(sphere(radius=0.05), (0.06, 0, 0))
     outer = outer_faces(joined(ball, other))
@@ -100,7 +100,7 @@ def test_overlapping_parts_are_outside_where_they_stick_out() -> None:
     assert outer[~inside & clear].all()
 
 
-def test_the_inner_wall_of_a_deep_cup_is_not_outside() -> None:
+def test_inner_wall_of_a_deep_cup_has_no_outer_faces() -> None:
     cup = thick_cup(0.4)
     middle = cup.vertices[cup.faces].mean(axis=1)
     wall = (middle[:, 2] > 0.01) & (middle[:, 2] < 0.3)
@@ -135,7 +135,7 @@ def test_orientation_of_the_faces_does_not_matter() -> None:
 
 
 @pytest.mark.long
-def test_slow_rays_agree() -> None:
+def test_outer_faces_agree_with_single_rays() -> None:
     mesh = HARD_MESHES["overlapping parts"]
     outer = outer_faces(mesh)
     middle = mesh.vertices[mesh.faces].mean(axis=1)
@@ -147,7 +147,7 @@ def test_slow_rays_agree() -> None:
         assert outer[face] == (seen >= 2)
 
 
-def test_directions_are_units_spread_evenly() -> None:
+def test_directions_are_unit_vectors_spread_evenly() -> None:
     directions = fibonacci_sphere(500)
     assert np.linalg.norm(directions, axis=1) == pytest.approx(1.0)
     assert np.abs(directions.mean(axis=0)).max() < 0.01
@@ -171,7 +171,7 @@ def test_small_holes_are_filled_and_small_islands_dropped() -> None:
     assert np.array_equal(without_islands(mesh, chosen, 0.0), chosen)
 
 
-def test_components_chosen_as_a_whole_are_unchanged_by_size_limit() -> None:
+def test_completely_chosen_components_are_unchanged_by_the_size_limit() -> None:
     mesh = loose_pieces(50)
     chosen = np.zeros(len(mesh.faces), dtype=bool)
     chosen[-20:] = True

@@ -37,7 +37,7 @@ def walkers(surface, point, direction):
     return walks, walks.start(faces, surface.points(faces, weights), np.atleast_2d(direction))
 
 
-def test_a_straight_walk_is_a_helix_on_a_cylinder():
+def test_straight_walk_is_a_helix_on_a_cylinder():
     walks, start = walkers(CYLINDER, on_cylinder(0.1, 0.03), [0.0, 1.0, 0.4])
     here = walks.go(start, np.array([0.1]))
     ends = unrolled(np.stack([start.points, here.points])[:, :, None])[:, 0, 0]
@@ -46,7 +46,7 @@ def test_a_straight_walk_is_a_helix_on_a_cylinder():
     assert here.points[0, 2] == pytest.approx(0.03 + 0.1 * 0.4 / np.hypot(1.0, 0.4), rel=3e-3)
 
 
-def test_a_walk_along_a_great_circle_keeps_its_direction():
+def test_walk_along_a_great_circle_keeps_its_direction():
     ball = cap(1.4, rings=40, radius=BALL)
     walks, start = walkers(ball, [-0.03, 0.0, 0.04], [1.0, 0.0, 0.75])
     end = walks.go(start, np.array([0.06]))
@@ -71,7 +71,7 @@ def test_walk_over_border_is_marked_and_continues_in_the_plane():
 
 
 @pytest.mark.parametrize("mirrored", [False, True])
-def test_a_grid_in_the_plane_is_a_grid(mirrored):
+def test_grid_on_a_plane_is_regular(mirrored):
     first = np.array([0.03, 0.03, 0])
     last = np.array([0.08, 0.03, 0])
     grid = surface_grid(sheet(), first, last, 3, 5, mirrored=mirrored)
@@ -112,7 +112,7 @@ def test_rows_and_columns_keep_their_distance_around_a_cylinder(first, last, row
         assert np.abs(across).max() < 1e-3
 
 
-def test_on_a_sphere_columns_are_exact_and_rows_close_in_as_great_circles_do():
+def test_columns_on_a_sphere_are_exact_and_rows_converge_like_great_circles():
     ball = cap(1.4, rings=40, radius=BALL)
     tip = np.array([0.45, 0.36, 1.0]) / np.linalg.norm([0.45, 0.36, 1.0]) * BALL
     grid = surface_grid(ball, tip * [-1, -1, 1], tip, 8, 10)

@@ -51,7 +51,7 @@ def test_walk_ends_at_the_border():
     assert walk.find(SQUARE, (2.0, 0.5), 1) is None
 
 
-def test_a_corner_is_in_a_triangle():
+def test_corner_belongs_to_a_triangle():
     walk = TriangleWalk(np.array([[0, 1, 2], [0, 2, 3]]))
     for corner in SQUARE.tolist():
         assert walk.find(SQUARE, tuple(corner), 0) is not None

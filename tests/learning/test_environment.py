@@ -23,12 +23,12 @@ def test_step_before_reset_is_rejected():
 
 
 @pytest.mark.parametrize("choice", [{"action": "torque"}, {"render_mode": "human"}])
-def test_an_unknown_choice_is_refused(choice):
+def test_unknown_choice_is_rejected(choice):
     with pytest.raises(LearningError, match="Choose"):
         FollowEnvironment(taxels=60, **choice)
 
 
-def test_joints_move_as_fast_as_the_action_says():
+def test_joints_move_at_the_speed_of_the_action():
     environment = RetreatEnvironment(taxels=60)
     seen, _ = environment.reset(seed=1)
     start = seen["position"][6]
@@ -39,7 +39,7 @@ def test_joints_move_as_fast_as_the_action_says():
     assert not info["at_limit"]
 
 
-def test_a_fault_of_the_physics_ends_the_episode():
+def test_physics_error_ends_the_episode():
     environment = FollowEnvironment(taxels=60)
     environment.reset(seed=1)
 
@@ -52,6 +52,6 @@ def test_a_fault_of_the_physics_ends_the_episode():
     assert "left the numbers" in info["failure"]
 
 
-def test_kinds_say_what_touches():
+def test_environment_without_required_methods_cannot_be_created():
     with pytest.raises(TypeError, match="begin.*judge"):
         SkinEnvironment(taxels=60)  # type: ignore[abstract]

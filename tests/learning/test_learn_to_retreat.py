@@ -12,7 +12,7 @@ EXAMPLE = Path(__file__).resolve().parents[2] / "assets" / "guide" / "learn_to_r
 
 
 @pytest.mark.long
-def test_two_iterations_yield_more_than_none():
+def test_two_iterations_of_learning_increase_the_reward():
     example = runpy.run_path(str(EXAMPLE))
     example["learn"].__globals__.update(TOUCHES=1, POLICIES=8, BEST=2, HELD_OUT=range(1000, 1003))
     arm = gymnasium.make("TactileMaps-Retreat-v0", taxels=150, max_episode_steps=60)

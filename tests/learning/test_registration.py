@@ -13,20 +13,20 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 @pytest.mark.parametrize("name", ENVIRONMENTS)
-def test_gymnasium_knows_each_by_name_once(name):
+def test_each_environment_is_registered_once(name):
     register_environments()
     assert gymnasium.spec(name).entry_point == ENVIRONMENTS[name]
     assert gymnasium.spec(name).max_episode_steps == 200
 
 
 @pytest.mark.long
-def test_a_name_with_the_package_needs_no_import():
+def test_environment_id_with_module_needs_no_import():
     code = "import gymnasium; print(gymnasium.make('tactile_maps.learning:TactileMaps-Follow-v0', taxels=60).spec.id)"
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "TactileMaps-Follow-v0"
 
 
-def test_without_gymnasium_the_package_says_what_to_install():
+def test_missing_gymnasium_error_states_the_install_command():
     code = (
         "import sys; sys.modules['gymnasium.envs.registration'] = None\n"
         "from tactile_maps.core.errors import LearningError\n"

@@ -35,7 +35,7 @@ def course(environment, seed, steps=30):
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("action", ["joint_velocity", "map_target"])
 @pytest.mark.parametrize("name", ENVIRONMENTS)
-def test_gymnasium_accepts_it_without_a_warning(name, action):
+def test_gymnasium_checker_accepts_the_environment_without_warnings(name, action):
     environment = gymnasium.make(name, action=action, taxels=TAXELS, render_mode="rgb_array")
     check_env(environment.unwrapped)
     environment.reset(seed=1)
@@ -45,7 +45,7 @@ def test_gymnasium_accepts_it_without_a_warning(name, action):
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("name", ["Follow", "Retreat", "Explore"])
 @pytest.mark.parametrize("action", ["joint_velocity", "map_target"])
-def test_the_same_seed_gives_the_same_episode_and_another_gives_another(name, action):
+def test_same_seed_gives_the_same_episode_and_another_gives_another(name, action):
     (observations, rewards), (again, same), (others, _) = (course(made(name, action), seed) for seed in (3, 3, 4))
     assert rewards == same
     assert all(np.array_equal(a[key], b[key]) for a, b in zip(observations, again, strict=True) for key in a)
@@ -53,7 +53,7 @@ def test_the_same_seed_gives_the_same_episode_and_another_gives_another(name, ac
 
 
 @pytest.mark.long
-def test_a_contact_that_is_led_along_the_path_earns_more_than_one_that_stays():
+def test_contact_moved_along_the_path_earns_more_than_a_resting_one():
     totals = []
     for leads in (True, False):
         environment = made("Follow", "map_target")
@@ -82,7 +82,7 @@ def test_arm_that_does_not_yield_is_penalised():
     assert rewards[-1] == pytest.approx(-seen["contacts"][:, 2].sum() / 5.0, rel=1e-5)
 
 
-def test_new_places_are_paid_for_once():
+def test_new_places_are_rewarded_once():
     environment = made("Explore", "map_target")
     environment.reset(seed=5)
     observations, rewards = course(environment, 5, steps=60)
@@ -90,7 +90,7 @@ def test_new_places_are_paid_for_once():
 
 
 @pytest.mark.long
-def test_two_processes_step_at_once():
+def test_environments_step_in_two_processes():
     environments = gymnasium.make_vec(
         "TactileMaps-Follow-v0",
         num_envs=2,

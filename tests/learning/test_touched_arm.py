@@ -8,7 +8,7 @@ from tactile_maps.learning.touched_arm import prepared_arm, touched_session
 
 
 @pytest.mark.long
-def test_a_ball_touches_the_place_and_one_on_its_way_not_yet():
+def test_ball_touches_the_target_and_not_while_it_is_approaching():
     prepared = prepared_arm(300)
     assert prepared_arm(300) is prepared
     at = prepared.skin.taxel_point(150)

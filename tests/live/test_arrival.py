@@ -23,7 +23,7 @@ def taken(numbers, *, step=0.001, tracker=None):
     return [item.reading.sequence for item in out], tracker
 
 
-def test_readings_in_order_pass_at_once():
+def test_readings_in_order_are_passed_on_immediately():
     tracker = ArrivalTracker()
     for number in range(5):
         assert [item.reading.sequence for item in tracker.take(reading(number), 0.01 * number)] == [number]
@@ -37,7 +37,7 @@ def test_reading_that_overtook_waits_for_its_turn():
     assert tracker.counts == ArrivalCounts(received=5, reordered=1)
 
 
-def test_missing_reading_is_lost_after_the_patience_and_late_if_it_arrives():
+def test_missing_reading_counts_as_lost_after_the_timeout_and_as_late_on_arrival():
     tracker = ArrivalTracker(patience=0.02)
     tracker.take(reading(0), 0.0)
     assert tracker.take(reading(2), 0.01) == []
@@ -61,7 +61,7 @@ def test_sequence_numbers_wrap_around():
     assert tracker.counts == ArrivalCounts(received=4)
 
 
-def test_a_sender_that_starts_again_is_followed():
+def test_restarted_sender_is_followed():
     tracker = ArrivalTracker()
     first = [tracker.take(reading(number), 0.01 * number) for number in range(100)]
     again = [tracker.take(reading(number, 5.0 + 0.01 * number), 5 + 0.01 * number) for number in range(100)]
@@ -105,7 +105,7 @@ def test_packet_replayed_many_times_is_not_a_restart():
     assert (tracker.counts.restarts, tracker.counts.duplicated) == (0, 50)
 
 
-def test_packet_of_the_old_count_does_not_stop_the_new_one():
+def test_packet_with_the_old_numbering_does_not_end_the_new_one():
     tracker = ArrivalTracker()
     for number in range(5000):
         tracker.take(reading(number), 0.01 * number)
@@ -115,7 +115,7 @@ def test_packet_of_the_old_count_does_not_stop_the_new_one():
     assert (tracker.counts.restarts, tracker.counts.lost) == (1, 0)
 
 
-def test_clock_that_begins_again_is_a_restart_and_no_packet_is_dropped():
+def test_clock_reset_counts_as_a_restart_without_dropped_packets():
     tracker = ArrivalTracker()
     out = [tracker.take(reading(number, 0.01 * (number % 50)), 0.01 * number) for number in range(100)]
     assert [len(items) for items in out] == [1] * 100
@@ -187,7 +187,7 @@ def test_restart_is_followed_within_five_packets(packets):
     assert tracker.counts.restarts >= 1
 
 
-def test_numbers_that_were_superseded_and_come_again_are_not_lost_less_than_never():
+def test_repeated_superseded_numbers_never_make_the_lost_count_negative():
     tracker = ArrivalTracker(patience=0.0)
     tracker.take(reading(0), 0.0)
     tracker.supersede([0.1] * 9, decoded=False)
@@ -197,7 +197,7 @@ def test_numbers_that_were_superseded_and_come_again_are_not_lost_less_than_neve
     assert (tracker.counts.lost, tracker.counts.late) == (0, 1)
 
 
-def test_readings_without_numbers_pass():
+def test_readings_without_numbers_are_passed_on():
     tracker = ArrivalTracker()
     assert len(tracker.take(Reading(0.0, [1.0]), 0.0)) == 1
     assert tracker.delay is None
@@ -212,7 +212,7 @@ def test_delay_is_reported_relative_to_the_fastest_packet():
 
 
 @given(st.permutations(range(12)), st.sets(st.integers(0, 11)), st.lists(st.integers(0, 11), max_size=5))
-def test_nothing_that_arrived_is_lost_and_every_packet_is_counted(order, dropped, repeated):
+def test_every_received_packet_is_passed_on_or_counted(order, dropped, repeated):
     sent = [0, *(n + 1 for n in order if n not in dropped), *(n + 1 for n in repeated if n not in dropped)]
     numbers, tracker = taken(sent, step=0.0)
     counts = tracker.counts
@@ -254,7 +254,7 @@ def test_unrelated_outliers_in_a_row_are_not_a_restart():
 
 
 @pytest.mark.parametrize("order", [(0, 1, 2, 3), (1, 0, 2, 3), (0, 0, 1, 1, 2, 3), (0, 2, 1, 3)])
-def test_restart_counts_once_and_passes_each_reading_once(order):
+def test_restart_is_counted_once_and_each_reading_passed_on_once(order):
     tracker = ArrivalTracker()
     for number in range(1000):
         tracker.take(reading(number), 0.01 * number)

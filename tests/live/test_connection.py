@@ -56,7 +56,7 @@ def taken(connection):
     return found
 
 
-def test_readings_come_in_order_and_malformed_ones_are_counted():
+def test_readings_arrive_in_order_and_malformed_ones_are_counted():
     source = Scripted(reading(0), MalformedReadingError("bad", value="x"), reading(2), reading(1), None)
     connection = Connection(source, clock=Clock())
     connection.open()
@@ -69,7 +69,7 @@ def test_readings_come_in_order_and_malformed_ones_are_counted():
     assert status.state is ConnectionState.RECEIVING
 
 
-def test_a_broken_source_is_opened_again_with_growing_pauses():
+def test_failed_source_is_reopened_with_increasing_pauses():
     clock = Clock()
     gone = LiveError("gone")
     source = Scripted(reading(0), gone, reading(5), opens=[None, *[gone] * 8])
@@ -105,7 +105,7 @@ def test_silence_is_reported():
     assert connection.status.state is ConnectionState.WAITING
 
 
-def test_a_file_ends_and_is_not_opened_again():
+def test_file_ends_and_is_not_reopened():
     source = Scripted(reading(0), SourceEndedError("end"), finite=True)
     connection = Connection(source)
     connection.open()
@@ -120,7 +120,7 @@ def test_a_file_ends_and_is_not_opened_again():
     assert source.opened == 1
 
 
-def test_a_file_that_breaks_has_failed():
+def test_read_error_of_a_file_is_a_failure():
     connection = Connection(Scripted(LiveError("damaged"), finite=True))
     connection.open()
     connection.step(0.0)
@@ -129,7 +129,7 @@ def test_a_file_that_breaks_has_failed():
 
 
 @pytest.mark.long
-def test_readings_not_taken_are_dropped_and_counted():
+def test_unread_readings_are_dropped_and_counted():
     connection = Connection(Scripted(*map(reading, range(MOST_WAITING + 5))))
     connection.open()
     for _ in range(MOST_WAITING + 5):
@@ -219,7 +219,7 @@ def test_only_needed_readings_of_a_backlog_are_decoded():
     assert (counts.received, counts.superseded, counts.lost) == (1000, 996, 0)
 
 
-def test_a_reading_ahead_of_its_turn_does_not_wait_while_only_the_newest_counts():
+def test_reading_ahead_of_its_turn_is_not_delayed_in_newest_only_mode():
     source = Packets(b"0", b"2", b"bad", b"1", b"4")
     connection = Connection(source, clock=Clock())
     connection.open()
@@ -229,7 +229,7 @@ def test_a_reading_ahead_of_its_turn_does_not_wait_while_only_the_newest_counts(
     assert (counts.malformed, counts.late, counts.lost) == (1, 1, 1)
 
 
-def test_readings_that_wait_already_count_as_older():
+def test_readings_already_waiting_count_as_superseded():
     source = Packets(*[b"%d" % number for number in range(5)])
     connection = Connection(source, clock=Clock())
     connection.open()
@@ -245,7 +245,7 @@ def test_readings_that_wait_already_count_as_older():
     assert (counts.received, counts.superseded) == (6, 3)
 
 
-def test_every_reading_counts_again_afterwards():
+def test_every_reading_is_delivered_after_newest_only_mode():
     source = Packets(b"0", b"1")
     connection = Connection(source, clock=Clock())
     connection.open()
@@ -268,7 +268,7 @@ def test_stream_keeps_its_one_sender_after_a_stop():
         assert source.one_sender
 
 
-def test_packets_that_are_being_received_while_sending_ends_are_taken_in_order():
+def test_packets_received_while_sending_ends_are_processed_in_order():
     source = Packets(b"0", b"1", b"2")
     connection = Connection(source, clock=Clock())
     connection.open()
@@ -312,7 +312,7 @@ def test_dropped_readings_are_counted():
     assert connection.status.counts.overflowed == 2
 
 
-def test_newest_readings_of_a_source_without_packets_are_taken_too():
+def test_newest_only_mode_works_for_a_source_without_packets():
     connection = Connection(Scripted(*map(reading, range(5))), clock=Clock())
     connection.open()
     connection.keep_newest(on=True)
@@ -331,7 +331,7 @@ def test_file_is_always_read_in_order():
     assert taken(connection) == [0, 1, 2]
 
 
-def test_packets_that_are_not_taken_are_bounded(monkeypatch):
+def test_number_of_unread_packets_is_limited(monkeypatch):
     monkeypatch.setattr("tactile_maps.live.session.connection._MOST_PACKET_BYTES", 10)
     source = Packets(*[b"%d" % number for number in range(15)])
     connection = Connection(source, clock=Clock())
@@ -343,7 +343,7 @@ def test_packets_that_are_not_taken_are_bounded(monkeypatch):
     assert connection.status.counts.overflowed > 0
 
 
-def test_ages_come_with_the_readings_and_are_forgotten_with_the_connection():
+def test_ages_are_reported_with_readings_and_reset_with_the_connection():
     clock = Clock()
     source = Scripted(reading(0), reading(1), LiveError("gone"), reading(2))
     connection = Connection(source, clock=clock)

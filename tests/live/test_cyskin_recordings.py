@@ -39,7 +39,7 @@ def count(prepared, path: Path) -> int:
 @pytest.mark.parametrize(
     ("first", "exact", "within_one", "touched"), [(1, 0.43, 0.84, 0.98), (0, 0.41, 0.86, 0.99)], ids=["even", "odd"]
 )
-def test_fingers_are_counted_as_the_page_of_real_skins_states(first, exact, within_one, touched):
+def test_numbers_of_fingers_match_the_page_of_real_skins(first, exact, within_one, touched):
     """The detection was developed on the recordings with even numbers; those with odd numbers were left out."""
     arguments = build_parser().parse_args(["listen", "recording.txt", "--skin", str(_SKIN)])
     prepared = prepare_measured(scene_from_arguments(arguments))

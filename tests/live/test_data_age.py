@@ -42,7 +42,7 @@ def test_growing_delay_beyond_the_drift_is_age():
     assert age == pytest.approx(0.14 - 14 * DRIFT, abs=1e-3)
 
 
-def test_backlog_that_is_read_at_the_start_delays_settling():
+def test_backlog_at_the_start_delays_settling():
     ages = DataAge()
     for number in range(200):  # two seconds of packets arrive at once, in bursts
         ages.add(OFFSET + 0.01 * number, 2.0 + 0.001 * number)
@@ -54,7 +54,7 @@ def test_backlog_that_is_read_at_the_start_delays_settling():
 
 
 @pytest.mark.parametrize("set_by", [2 * JUMP, -2 * JUMP, -1e9, 1e9])
-def test_clock_that_is_set_is_counted_and_measured_again(set_by):
+def test_changed_clock_is_counted_and_measured_again(set_by):
     ages = DataAge()
     stream(ages, 1.0)
     ages.add(OFFSET + 1.0 + set_by, 1.0)
@@ -66,7 +66,7 @@ def test_clock_that_is_set_is_counted_and_measured_again(set_by):
     assert (ages.jumps, ages.settled) == (1, True)
 
 
-def test_readings_that_all_became_older_are_the_new_measure_after_a_second():
+def test_increased_delay_of_all_readings_is_the_new_reference_after_a_second():
     ages = DataAge()
     stream(ages, 1.0)
     assert stream(ages, 0.6, start=1.3, delay=0.101 + JUMP) > JUMP
@@ -74,7 +74,7 @@ def test_readings_that_all_became_older_are_the_new_measure_after_a_second():
     assert ages.jumps == 0
 
 
-def test_a_file_has_no_age():
+def test_file_has_no_age():
     ages = DataAge(live=False)
     assert ages.settled
     assert ages.add(5.0, 1000.0) == 0.0

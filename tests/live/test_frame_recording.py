@@ -53,7 +53,7 @@ def test_frames_are_written_in_order_with_their_inputs(tmp_path):
     assert recording.left_out == 0
 
 
-def test_a_slow_disk_is_not_waited_for(monkeypatch):
+def test_live_source_does_not_wait_for_a_slow_disk(monkeypatch):
     monkeypatch.setattr(frame_recording, "MOST_WAITING", 3)
     disk = Slow()
     recording = FrameRecording(disk, lossless=False)
@@ -66,7 +66,7 @@ def test_a_slow_disk_is_not_waited_for(monkeypatch):
     assert disk.written[-1][1] == disk.written[-1][0]
 
 
-def test_a_file_waits_for_the_disk(monkeypatch):
+def test_file_source_waits_for_the_disk(monkeypatch):
     monkeypatch.setattr(frame_recording, "MOST_WAITING", 3)
     disk = Slow()
     recording = FrameRecording(disk, lossless=True)
@@ -77,7 +77,7 @@ def test_a_file_waits_for_the_disk(monkeypatch):
     assert len(disk.written) == 10
 
 
-def test_an_error_is_raised_at_the_end():
+def test_error_is_raised_at_the_end():
     recording = FrameRecording(Full(), lossless=False)
     recording.put(0, [])
     with pytest.raises(RecordingError):

@@ -61,14 +61,14 @@ def listened(capsys, readings, robot, skin):
     return json.loads(captured.out), captured.err
 
 
-def test_touch_on_a_channel_that_shares_a_place_is_felt(robot_and_skin, capsys, tmp_path):
+def test_touch_on_a_channel_with_a_shared_position_is_detected(robot_and_skin, capsys, tmp_path):
     robot, skin = robot_and_skin
     readings = table(tmp_path / "rows.csv", list(map(str, range(ROWS))), {"13", "14", "27"})
     found, errors = listened(capsys, readings, robot, f"{skin}/left_arm.txt")
     assert (found["contacts"], found["unheard"], found["unknown"], errors) == (2, 0, [], "")
 
 
-def test_ids_of_two_links_need_their_link(robot_and_skin, capsys, tmp_path):
+def test_ids_used_on_two_links_require_the_link(robot_and_skin, capsys, tmp_path):
     robot, skin = robot_and_skin
     plain = table(tmp_path / "rows.csv", list(map(str, range(ROWS))), {"13"})
     found, errors = listened(capsys, plain, robot, skin)

@@ -94,7 +94,7 @@ class RoughNetwork:
 
 @pytest.mark.long
 @pytest.mark.parametrize("packets", [600, pytest.param(180_000, marks=LONG)])
-def test_nothing_that_arrived_is_lost_and_nothing_grows(packets):
+def test_no_received_reading_is_lost_and_memory_does_not_grow(packets):
     network = RoughNetwork(packets, seed=1)
     connection = Connection(network, clock=network)
     session = MeasuredSession(as_measured(prepared_bar()), connection.take)

@@ -42,7 +42,7 @@ def at(time, values, **parts):
     return Arrived(Reading(time, values, parts.pop("unit", Unit.PASCAL), **parts), 100 + time)
 
 
-def test_a_simulated_press_sent_as_readings_is_felt_as_it_was():
+def test_simulated_press_sent_as_readings_gives_the_same_contact():
     measured = session()
     frame = measured.show(at(5.0, touched()))
     assert frame.tick == 1
@@ -57,7 +57,7 @@ def test_a_simulated_press_sent_as_readings_is_felt_as_it_was():
     assert np.isclose(measured.mean_rate, 100.0)
 
 
-def test_a_part_of_the_skin_leaves_the_rest_as_it_was():
+def test_packet_for_a_part_of_the_skin_leaves_the_rest_unchanged():
     measured = session()
     measured.show(at(0.0, np.arange(60.0)))
     frame = measured.show(at(0.01, [500.0], ids=[7]))
@@ -161,7 +161,7 @@ def test_matrix_of_a_taxel_removes_the_cross_talk_live_and_on_replay(tmp_path):
     assert np.array_equal(replayed.shear, frame.shear)
 
 
-def test_recorded_shear_is_read_again_as_sent(tmp_path):
+def test_recorded_shear_is_replayed_as_sent(tmp_path):
     measured = sheared_session()
     measured.tare(1)
     path = tmp_path / "felt.mcap"
@@ -215,7 +215,7 @@ def noisy_readings(random, count, pressed=0.0):
 
 
 @pytest.mark.parametrize("tare", [5, 50])
-def test_noisy_taxel_neither_is_nor_hides_a_contact(tare):
+def test_noisy_taxel_neither_forms_nor_hides_a_contact(tare):
     random = np.random.default_rng(0)
     measured = session()
     measured.tare(tare)
@@ -235,7 +235,7 @@ def test_noisy_taxel_neither_is_nor_hides_a_contact(tare):
     assert pressed.count(1) == 100
 
 
-def test_a_recorded_tare_has_the_same_noise_again(tmp_path):
+def test_noise_is_restored_from_a_recorded_tare(tmp_path):
     random = np.random.default_rng(0)
     measured = session()
     path = tmp_path / "felt.mcap"
@@ -257,13 +257,13 @@ def test_a_recorded_tare_has_the_same_noise_again(tmp_path):
     assert shown.regions
 
 
-def test_a_recorded_tare_of_another_skin_is_refused():
+def test_recorded_tare_of_another_skin_is_rejected():
     used = CalibrationUsed(np.ones(60), np.zeros(60), np.zeros(60), np.ones(60), False, "baseline", np.ones(59))
     with pytest.raises(LiveError, match="of another skin"):
         session().adopt(used)
 
 
-def test_recorded_curves_show_the_same_pressures_again(tmp_path):
+def test_recorded_curves_reproduce_the_pressures(tmp_path):
     curve = np.tile([[0.0, 10.0, 30.0], [0.0, 100.0, 9000.0]], (60, 1, 1))
     measured = session(calibration=Calibration(np.ones(60), np.full(60, 20.0), curve=curve))
     path = tmp_path / "felt.mcap"
@@ -276,7 +276,7 @@ def test_recorded_curves_show_the_same_pressures_again(tmp_path):
     assert np.array_equal(again.show(Arrived(reading, reading.time)).pressures, frame.pressures)
 
 
-def test_a_known_weight_makes_forces_mean_newtons():
+def test_known_weight_calibrates_forces_in_newtons():
     measured = session()
     with pytest.raises(LiveError, match="not tared"):
         measured.weights.weigh(0.1)
@@ -291,7 +291,7 @@ def test_a_known_weight_makes_forces_mean_newtons():
     assert frame.units is ReadingUnits.CALIBRATED
 
 
-def test_events_of_a_skin_that_is_not_calibrated_claim_no_force():
+def test_events_of_an_uncalibrated_skin_state_no_force():
     measured = session()
     for number in range(5):
         frame = measured.show(at(0.1 * number, 0.01 * touched(), unit=Unit.COUNTS))
@@ -300,19 +300,19 @@ def test_events_of_a_skin_that_is_not_calibrated_claim_no_force():
     assert " N" not in frame.recent[0].words.replace("\u202f", " ")
 
 
-def test_pressures_with_an_offset_give_no_forces():
+def test_pressures_with_an_unknown_offset_give_no_forces():
     measured = session(mode=ValueMode.RAW)
     assert measured.show(at(0.0, touched())).units is ReadingUnits.PRESSURE
 
 
-def test_a_calibration_has_its_own_offsets_and_must_fit():
+def test_calibration_has_its_own_offsets_and_must_match_the_skin():
     measured = session(calibration=Calibration(np.full(60, 50.0), np.full(60, 10.0)))
     assert np.allclose(measured.show(at(0.0, np.full(60, 12.0), unit=Unit.COUNTS)).pressures, 100.0)
     with pytest.raises(LiveError, match="another skin"):
         session(calibration=Calibration([1.0], [0.0]))
 
 
-def test_reading_that_does_not_fit_is_counted_and_changes_nothing():
+def test_reading_of_wrong_size_is_counted_and_ignored():
     measured = session()
     before = measured.show(at(0.0, np.zeros(60)))
     assert measured.show(at(0.1, np.zeros(9))) is before
@@ -334,7 +334,7 @@ def arrival(sent, arrived):
 
 @pytest.mark.parametrize("wild", [0.4, 1.5, 9.0, 500.0, -0.5, -9.0, -500.0])
 @pytest.mark.parametrize("count", [1, 3])
-def test_wild_times_of_single_readings_do_not_advance_the_session(wild, count):
+def test_outlying_times_of_single_readings_do_not_advance_the_session(wild, count):
     measured = session()
     times = []
     for number in range(20):
@@ -346,7 +346,7 @@ def test_wild_times_of_single_readings_do_not_advance_the_session(wild, count):
 
 
 @pytest.mark.parametrize("jump", [8.0, -8.0, 3600.0])
-def test_clock_that_was_set_is_followed_from_the_second_reading_on(jump):
+def test_changed_clock_is_followed_from_the_second_reading_on(jump):
     measured = session()
     for number in range(20):
         sent = 100 + 0.01 * number + (jump if number >= 10 else 0.0)
@@ -369,7 +369,7 @@ def test_readings_of_a_file_have_their_own_times():
     assert times == [0.0, 2.0, 4.0, 13.0]
 
 
-def test_the_map_and_the_reading_may_change_and_pokes_are_refused():
+def test_map_and_contact_detection_may_change_and_pokes_are_rejected():
     measured = session()
     other = measured.map
     measured.submit(MapEdited("Same", other))
@@ -465,7 +465,7 @@ def test_source_is_polled_at_each_tick():
     assert any(isinstance(one, CalibrationUsed) for _, one in measured.inputs), "a recording begins with it"
 
 
-def test_a_recording_holds_every_reading_and_is_not_simulated_again(tmp_path):
+def test_recording_contains_every_reading_and_is_not_simulated_again(tmp_path):
     measured = session()
     path = tmp_path / "felt.mcap"
     frames = []
@@ -485,7 +485,7 @@ def test_a_recording_holds_every_reading_and_is_not_simulated_again(tmp_path):
         verify(player)
 
 
-def test_a_recording_is_read_again_as_it_was_sent_and_shown_otherwise(tmp_path):
+def test_recording_is_replayed_as_sent_and_can_be_shown_differently(tmp_path):
     """Recorded in counts before the weight was laid on, it is read again calibrated, or raw: nothing is lost."""
     path = tmp_path / "felt.mcap"
     sent = [np.full(60, 20.0), *(20 + 0.01 * touched(force) for force in (1.5, 3.0))]
@@ -530,7 +530,7 @@ def test_recording_contains_only_received_taxels(tmp_path):
 
 
 @pytest.mark.parametrize("position", [1e300, -1e300, 1.7, -1.7])
-def test_position_beyond_the_joints_range_is_refused_and_counted(position):
+def test_position_beyond_the_joint_range_is_rejected_and_counted(position):
     measured = session()
     frame = measured.show(at(0.0, touched(), joints={"hinge": 0.3}))
     assert measured.show(at(0.01, np.zeros(60), joints={"hinge": position})) is frame
@@ -550,7 +550,7 @@ def test_position_of_a_joint_without_limits_is_bounded():
 
 
 @pytest.mark.parametrize(("unit", "most"), [(Unit.COUNTS, 2.0**32), (Unit.PASCAL, 1e7), (Unit.KILOPASCAL, 1e4)])
-def test_value_beyond_any_skin_is_refused_by_the_taxels_name(unit, most):
+def test_implausible_value_is_rejected_with_the_name_of_the_taxel(unit, most):
     measured = session()
     values = np.zeros(60)
     values[4] = -most
@@ -586,7 +586,7 @@ def test_several_readings_make_one_frame():
     assert measured.facts.readings == 3
 
 
-def test_older_readings_are_needed_until_every_taxel_and_joint_is_there():
+def test_older_readings_are_required_until_every_taxel_and_joint_has_reported():
     measured = session()
     first = at(0.0, np.zeros(60), joints={"hinge": 0.0}).reading
     assert measured.missing()(first)  # what will be heard is not known yet

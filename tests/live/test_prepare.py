@@ -14,7 +14,7 @@ from tactile_maps.skin.model.skin_file import save_skin
 from tests.support.touch import bar_map, bar_skin, prepared_bar
 
 
-def test_given_map_is_kept_on_its_own_shape(tmp_path):
+def test_given_map_keeps_its_own_surface(tmp_path):
     path = tmp_path / "bar.npz"
     drawn = move(MapDocument.of(bar_map()), [0], (0.2, 0.1)).map
     save_map(drawn, path)
@@ -26,12 +26,12 @@ def test_given_map_is_kept_on_its_own_shape(tmp_path):
     assert MeasuredSession(prepared).frame.posture.shape == (0,)
 
 
-def test_a_skin_alone_gets_its_map(tmp_path):
+def test_skin_without_a_map_gets_one(tmp_path):
     save_skin(bar_skin(), tmp_path / "bar.npz")
     assert len(prepare_measured(scene_for_taxels(str(tmp_path / "bar.npz"))).map.taxel_points) == 60
 
 
-def test_a_scene_becomes_one_of_readings():
+def test_scene_is_prepared_for_measured_readings():
     prepared = as_measured(prepared_bar())
     assert prepared.scene.tick == MEASURED_TICK
     assert prepared.objects == ()

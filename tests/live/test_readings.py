@@ -26,13 +26,13 @@ def test_units_convert_to_pascals():
         ({"joints": {"elbow": np.nan}}, "elbow"),
     ],
 )
-def test_value_that_does_not_fit_is_rejected_by_name(parts, place):
+def test_invalid_value_is_rejected_by_name(parts, place):
     with pytest.raises(MalformedReadingError) as caught:
         Reading(**{"time": 0.0, "values": [1.0, 2.0, 3.0]} | parts)
     assert caught.value.place == place
 
 
-def test_its_arrays_cannot_be_changed():
+def test_arrays_of_a_reading_are_read_only():
     reading = Reading(0.0, np.arange(3.0), ids=[3, 1, 2])
     with pytest.raises(ValueError, match="read-only"):
         reading.values[0] = 1.0

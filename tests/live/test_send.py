@@ -34,7 +34,7 @@ def test_sent_readings_arrive(options, capsys):
     assert set(threading.enumerate()) <= before
 
 
-def test_a_file_is_sent_row_by_row(tmp_path):
+def test_file_is_sent_row_by_row(tmp_path):
     path = tmp_path / "readings.csv"
     path.write_text("time,5,6\n0,1,2\n0.001,3,4\n0.002,x,4\n")
     source = UdpSource("127.0.0.1", 0)
@@ -51,19 +51,19 @@ def test_invalid_usage_is_reported(capsys, tmp_path):
 
 
 @pytest.mark.parametrize("words", [["--taxels", "0"], ["--taxels", "100001"], ["--count", "0"], ["--count", "9" * 30]])
-def test_numbers_out_of_range_are_refused(capsys, words):
+def test_numbers_out_of_range_are_rejected(capsys, words):
     with pytest.raises(SystemExit, match="2"):
         main(["udp://127.0.0.1:9", *words])
     assert f"argument {words[0]}: must be 1 to " in capsys.readouterr().err
 
 
-def test_made_up_readings_wander():
+def test_generated_readings_move_over_the_skin():
     stream = made_up(100, 100.0)
     first, *_, last = (next(stream) for _ in range(200))
     assert first.values.argmax() != last.values.argmax()
 
 
-def test_a_packet_that_cannot_be_published_is_a_named_error():
+def test_packet_that_cannot_be_published_raises_a_clear_error():
     pytest.importorskip("zmq", reason="pyzmq is not installed (extra zmq)")
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
@@ -75,6 +75,6 @@ def test_a_packet_that_cannot_be_published_is_a_named_error():
 
 
 @pytest.mark.parametrize("address", ["udp://127.0.0.1:0", "udp://127.0.0.1:99999"])
-def test_an_address_without_a_port_to_send_to_is_refused(address, capsys):
+def test_address_without_a_port_is_rejected(address, capsys):
     assert main([address, "--count", "1"]) == 2
     assert address in capsys.readouterr().err

@@ -45,13 +45,13 @@ def frame_of(values, slide, unit=Unit.PASCAL):
 
 @pytest.mark.long
 @pytest.mark.parametrize("overlap", [0.001, 0.002])
-def test_covers_in_contact_read_the_pressure_of_elasticity_theory(overlap):
+def test_covers_in_contact_have_the_pressure_of_elasticity_theory(overlap):
     pressures = SimulatedSkin(prepared()).pressures(np.array([GAP + overlap]))
     assert np.isclose(pressures.max(), confined_pressure(overlap), rtol=1e-6)
 
 
 @pytest.mark.long
-def test_a_posture_has_no_history():
+def test_readings_of_a_posture_do_not_depend_on_history():
     skin = SimulatedSkin(prepared())
     first = skin.pressures(np.array([0.032]))
     assert first.max() > 0
@@ -59,7 +59,7 @@ def test_a_posture_has_no_history():
     assert np.array_equal(skin.pressures(np.array([0.032])), first)
 
 
-def test_taxel_with_twice_the_gain_differs_by_its_true_pressure():
+def test_difference_of_a_taxel_with_twice_the_gain_is_its_true_pressure():
     skin = SimulatedSkin(prepared())
     expected = skin.pressures(np.array([0.032]))
     taxel = int(np.argmax(expected))
@@ -73,13 +73,13 @@ def test_taxel_with_twice_the_gain_differs_by_its_true_pressure():
     assert np.isclose(found.rms, expected[taxel] / np.sqrt(len(expected)))
 
 
-def test_a_difference_keeps_its_sign():
+def test_difference_keeps_its_sign():
     found = SkinDifference(np.array([1.0, 0.0]), np.array([0.0, 3.0]))
     assert found.difference.tolist() == [1.0, -3.0]
     assert found.largest == 3.0
 
 
-def test_counts_are_refused_as_are_other_skins_and_postures():
+def test_counts_other_skins_and_invalid_postures_are_rejected():
     skin = SimulatedSkin(prepared())
     with pytest.raises(LiveError, match="without a calibration"):
         skin_difference(frame_of(np.zeros(80), 0.0, Unit.COUNTS), np.zeros(80))
@@ -89,7 +89,7 @@ def test_counts_are_refused_as_are_other_skins_and_postures():
         skin.pressures(np.zeros(2))
 
 
-def test_an_object_of_the_scene_presses_where_it_stands():
+def test_object_of_the_scene_presses_at_its_position():
     bar = prepared_bar()
     ball = thing("sphere", at=(0.2, 0.0, 0.039))
     skin = SimulatedSkin(replace(bar, objects=(ball,)))

@@ -26,7 +26,7 @@ READINGS = {
 @pytest.mark.parametrize("name", READINGS)
 @pytest.mark.parametrize("encode", [encode_json, encode_binary])
 @pytest.mark.parametrize("token", [None, "a secret of ours"])
-def test_reading_survives_the_round_trip(name, encode, token):
+def test_reading_is_restored_from_its_packet(name, encode, token):
     given_ = READINGS[name]
     back = decode(encode(READINGS[name], token=token), token=token)
     assert (back.time, back.unit, dict(back.joints)) == (given_.time, given_.unit, dict(given_.joints))
@@ -73,7 +73,7 @@ def test_infinite_shear_is_named():
         Reading(0.0, [1.0, 1.0], ids=[12, 13], shear=[[0.0, 1.0], [np.inf, 0.0]])
 
 
-def test_ids_with_links_come_back_from_json_and_not_from_binary():
+def test_ids_with_links_are_restored_from_json_but_not_from_binary():
     reading = Reading(0.0, [1.0, 2.0], ids=[16, 16], links=("left_plate", "a:b"))
     packet = encode_json(reading)
     assert json.loads(packet)["ids"] == ["left_plate:16", "a:b:16"]
@@ -89,7 +89,7 @@ def test_invalid_ids_are_rejected(ids):
         decode(json.dumps(packet).encode())
 
 
-def test_the_binary_packet_is_as_the_guide_has_it():
+def test_binary_packet_matches_the_guide():
     packet = encode_binary(READINGS["ids"])
     assert packet.hex() == (
         "544d4c52 01 01 02 00 ffffffff 0000000000000040 02000000 0000 e4530100 05000000 0000803f 00000040"
@@ -121,7 +121,7 @@ def test_packet_without_the_token_is_rejected(encode, token):
         ({"extra": 1}, "extra"),
     ],
 )
-def test_a_mistake_in_json_is_named(change, place):
+def test_invalid_json_field_is_named(change, place):
     packet = {"v": 1, "t": 0.0, "unit": "counts", "values": [1.0], **change}
     with pytest.raises(MalformedReadingError) as caught:
         decode(json.dumps(packet).encode())
@@ -129,7 +129,7 @@ def test_a_mistake_in_json_is_named(change, place):
 
 
 @given(st.binary(max_size=200))
-def test_any_bytes_are_a_reading_or_refused(data):
+def test_any_bytes_are_a_reading_or_rejected(data):
     for packet in (data, encode_binary(READINGS["channels"])[: len(data)] + data):
         try:
             decode(packet)
@@ -139,14 +139,14 @@ def test_any_bytes_are_a_reading_or_refused(data):
 
 
 @pytest.mark.parametrize("packet", [b"garbage" * 10, b"TMLR", b"TMLR\x02" + bytes(60), b"", b"[1]"])
-def test_packets_that_begin_otherwise_are_not_plausible(packet):
+def test_packets_with_another_prefix_are_not_plausible(packet):
     assert not is_plausible(packet)
     assert is_plausible(b" " + encode_json(READINGS["channels"]))
     assert is_plausible(encode_binary(READINGS["channels"]))
 
 
 @given(st.integers(0, 70), st.integers(0, 255))
-def test_a_packet_with_any_byte_changed_is_a_reading_or_refused(place, byte):
+def test_packet_with_any_changed_byte_is_a_reading_or_rejected(place, byte):
     packet = bytearray(encode_binary(READINGS["channels"]))
     packet[place % len(packet)] = byte
     try:
@@ -155,7 +155,7 @@ def test_a_packet_with_any_byte_changed_is_a_reading_or_refused(place, byte):
         return
 
 
-def test_a_packet_cut_anywhere_or_with_more_bytes_is_refused():
+def test_truncated_or_extended_packet_is_rejected():
     for whole in (encode_binary(READINGS["channels"]), encode_json(READINGS["channels"])):
         with pytest.raises(MalformedReadingError):
             decode(whole + b"\0")

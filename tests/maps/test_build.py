@@ -19,7 +19,7 @@ def test_every_patch_gets_a_chart_in_order(three_patches):
     ]
 
 
-def test_progress_names_the_patch_and_only_grows():
+def test_progress_names_the_patch_and_never_decreases():
     heard = []
     build_map(skin_of(sheet(), frustum()), progress=lambda text, fraction: heard.append((text, fraction)))
     fractions = [fraction for _, fraction in heard]
@@ -31,7 +31,7 @@ def test_progress_names_the_patch_and_only_grows():
     assert len(heard) > 10, "every iteration is reported, so that the work can be stopped soon"
 
 
-def test_raising_in_progress_stops_the_work():
+def test_exception_in_progress_cancels_the_build():
     class StopError(Exception):
         pass
 
@@ -43,11 +43,11 @@ def test_raising_in_progress_stops_the_work():
         build_map(skin_of(sheet(), frustum()), progress=stop)
 
 
-def test_the_method_reaches_every_chart():
+def test_method_reaches_every_chart():
     assert {chart.method for chart in build_map(skin_of(sheet(), sheet()), method="tutte").charts} == {"tutte"}
 
 
-def test_a_skin_without_patches_is_a_named_error():
+def test_skin_without_patches_raises_a_clear_error():
     with pytest.raises(MapError, match="no patches"):
         build_map(Skin(()))
 

@@ -24,7 +24,7 @@ def _stretched(map_, factor):
 
 
 @pytest.mark.long
-def test_the_image_is_that_of_the_whole_map(three_patches, atlas):
+def test_atlas_image_equals_that_of_the_whole_map(three_patches, atlas):
     whole = TactileImage(three_patches, width=700)
     pressures = 1e4 * np.random.default_rng(3).random(len(three_patches.skin))
     out = np.zeros(atlas.shape, np.float32)
@@ -44,14 +44,14 @@ def test_the_image_is_that_of_the_whole_map(three_patches, atlas):
 
 
 @pytest.mark.long
-def test_a_chart_that_outgrows_its_image_gets_coarser_pixels(three_patches, atlas):
+def test_chart_that_outgrows_its_image_gets_coarser_pixels(three_patches, atlas):
     second = ImageAtlas(_stretched(three_patches, 9.0), known=atlas)
     assert second.resolution > 2 * atlas.resolution
     assert np.prod(second.shape) < 2 * np.prod(atlas.shape)
 
 
 @pytest.mark.long
-def test_only_the_tile_of_a_new_chart_is_made_and_undo_reuses_its_tile(three_patches, atlas):
+def test_only_the_tile_of_a_new_chart_is_computed_and_undo_reuses_tiles(three_patches, atlas):
     second = ImageAtlas(_stretched(three_patches, 1.1), known=atlas)
     again = ImageAtlas(three_patches, known=second)
     kept = [new is old for new, old in zip(second.tiles, atlas.tiles, strict=True)]

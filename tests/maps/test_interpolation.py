@@ -32,14 +32,14 @@ def triangles(request):
     return TaxelTriangles(request.param())
 
 
-def test_corners_run_counter_clockwise(triangles):
+def test_triangle_corners_are_counter_clockwise(triangles):
     a, b, c = np.swapaxes(triangles.sites[triangles.faces], 0, 1)
     u = b - a
     v = c - a
     assert (u[:, 0] * v[:, 1] > u[:, 1] * v[:, 0]).all()
 
 
-def test_beyond_a_side_is_the_triangle_that_has_it_too(triangles):
+def test_neighbour_across_a_side_shares_the_side(triangles):
     assert (triangles.beyond < 0).any()
     for face, side in np.argwhere(triangles.beyond >= 0):
         other = triangles.beyond[face, side]
@@ -47,14 +47,14 @@ def test_beyond_a_side_is_the_triangle_that_has_it_too(triangles):
         assert face in triangles.beyond[other]
 
 
-def test_a_gap_stays_open():
+def test_gap_has_no_triangles():
     triangles = TaxelTriangles(horseshoe())
     corners = triangles.sites[triangles.faces]
     assert np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max() < 0.026
     assert triangles.locate(np.array([[0.1, 0.045]]))[0] == -1
 
 
-def test_located_points_are_their_corners_weighted(triangles):
+def test_located_points_equal_their_weighted_corners(triangles):
     points = np.random.default_rng(0).uniform(0, 0.09, (500, 2))
     face, weights = triangles.locate(points)
     held = face >= 0
@@ -63,7 +63,7 @@ def test_located_points_are_their_corners_weighted(triangles):
     np.testing.assert_allclose(back, points[held], atol=1e-15)
 
 
-def test_weights_beyond_the_border_are_those_of_its_closest_point(triangles):
+def test_weights_beyond_the_border_equal_those_of_the_closest_border_point(triangles):
     """Against very many points along every border side."""
     points = triangles.sites.mean(axis=0) + 0.11 * np.array([[1, 0.2], [-1, 0.3], [0.1, 1], [0.3, -1], [-1, -1]])
     assert (triangles.locate(points)[0] < 0).all()
@@ -76,7 +76,7 @@ def test_weights_beyond_the_border_are_those_of_its_closest_point(triangles):
 
 
 @pytest.mark.parametrize("sites", [[[0, 0]], [[0, 0], [1, 1]], [[0, 0], [1, 0], [2, 0]], [[0, 0]] * 4])
-def test_too_few_taxels_or_all_in_line_have_no_triangles_but_still_a_border(sites):
+def test_too_few_or_collinear_taxels_have_no_triangles_but_a_border(sites):
     triangles = TaxelTriangles(0.01 * np.array(sites, dtype=float))
     assert len(triangles.faces) == 0
     np.testing.assert_allclose(triangles.beyond_border(np.array([[0.003, 0.004], [5, 5]])).sum(axis=1), 1)
@@ -94,7 +94,7 @@ def test_sparse_rows_adds_repeated_entries():
 
 
 @pytest.mark.parametrize("count", [0, 5, 32768, 70_000])
-def test_parts_hold_every_held_point_once(count):
+def test_parts_contain_every_point_once(count):
     held = np.tile([True, False, True], count)
     found = in_chunks(held)
     assert max(map(len, found)) <= 32768
@@ -143,7 +143,7 @@ def _cell_area(sites, number):
 
 
 @pytest.mark.long
-def test_each_weight_is_the_share_of_the_area_taken():
+def test_each_weight_is_the_share_of_the_overlapped_area():
     sites = jittered(7)
     middle = sites.mean(axis=0)
     points = middle + np.random.default_rng(3).uniform(-0.008, 0.008, (12, 2))
@@ -172,7 +172,7 @@ def _creases(triangles, line, values):
     return np.abs(np.diff(shown, 2)).max() / np.linalg.norm(line[1] - line[0])
 
 
-def test_the_field_has_no_creases():
+def test_interpolated_field_is_smooth():
     """The change of slope over a step falls with the step; at a crease it would stay."""
     triangles = TaxelTriangles(jittered())
     values = np.random.default_rng(2).random(len(triangles.sites))
@@ -206,7 +206,7 @@ def test_walk_ends_at_a_taxel_whose_weight_dominates():
         assert weights[:, [site]].toarray().min() > 1 - 1e3 * away - 1e-9
 
 
-def test_natural_neighbour_laws_hold_at_any_size():
+def test_natural_neighbour_properties_hold_at_any_size():
     for size in (1e-6, 1e6):
         triangles = TaxelTriangles(size * jittered())
         points = held(triangles)
@@ -249,7 +249,7 @@ def test_walk_ends_among_thin_triangles_with_valid_weights(kind, monkeypatch):
     assert (asked > 1000) == (kind != "strip")
 
 
-def test_interpolation_with_few_taxels_is_scipys_thin_plate_spline():
+def test_interpolation_with_few_taxels_equals_scipy_thin_plate_spline():
     sites = jittered(3, jitter=0.15)
     triangles = TaxelTriangles(sites)
     values = np.random.default_rng(2).random(9)
@@ -270,7 +270,7 @@ def test_interpolation_with_many_taxels_is_close_to_the_spline():
     assert np.sqrt((apart**2).mean()) < 0.25 * np.sqrt((linear**2).mean())
 
 
-def test_no_plate_reaches_over_a_gap():
+def test_thin_plate_interpolation_does_not_cross_a_gap():
     triangles = TaxelTriangles(horseshoe())
     points = held(triangles)
     lower = points[(points[:, 0] > 0.09) & (points[:, 1] < 0.03)]
@@ -279,7 +279,7 @@ def test_no_plate_reaches_over_a_gap():
     assert asked[:, 1].max() < 0.045
 
 
-def test_taxels_nearly_in_one_line_or_in_one_place_fall_back_to_linear():
+def test_nearly_collinear_or_coincident_taxels_fall_back_to_linear():
     line = np.stack([0.01 * np.arange(12), 5e-6 * (np.arange(12) % 2)], axis=1)
     twins = np.concatenate([jittered(5), jittered(5)[12:13] + 1e-9])
     for sites in (line, twins):
@@ -291,7 +291,7 @@ def test_taxels_nearly_in_one_line_or_in_one_place_fall_back_to_linear():
         assert np.abs(weights.data).max() < 2
 
 
-def test_thin_plate_laws_hold_at_any_size():
+def test_thin_plate_properties_hold_at_any_size():
     for size in (1e-6, 1e6):
         triangles = TaxelTriangles(size * jittered())
         points = held(triangles)
@@ -317,11 +317,11 @@ def field(three_patches):
     return three_patches.to_body_many(points)[0], points
 
 
-def test_there_are_four_methods():
+def test_four_interpolation_methods_are_offered():
     assert list(INTERPOLATIONS) == ["barycentric", "nearest", "natural-neighbour", "thin-plate"]
 
 
-def test_an_unknown_method_is_a_named_error(three_patches, field):
+def test_unknown_method_is_rejected_by_name(three_patches, field):
     with pytest.raises(MapError, match=r"cubic.*natural-neighbour"):
         interpolation_weights(three_patches, *field, interpolation="cubic")
 
@@ -348,7 +348,7 @@ def test_only_few_taxels_near_the_point_are_used(three_patches, field, method, m
 
 
 @pytest.mark.parametrize("method", ["barycentric", "nearest", "natural-neighbour"])
-def test_nothing_is_extrapolated(three_patches, field, method):
+def test_values_are_not_extrapolated(three_patches, field, method):
     assert interpolation_weights(three_patches, *field, interpolation=method).data.min() > -1e-12
 
 
@@ -359,7 +359,7 @@ def test_patches_are_interpolated_independently(three_patches, field, method):
 
 
 @CONTINUOUS
-def test_a_linear_field_is_reproduced_between_taxels(three_patches, field, method):
+def test_linear_field_is_reproduced_between_taxels(three_patches, field, method):
     patch, points = field
     inner = np.diff(interpolation_weights(three_patches, patch, points).indptr) == 3
     assert inner.sum() > 500
@@ -371,7 +371,7 @@ def test_a_linear_field_is_reproduced_between_taxels(three_patches, field, metho
 @pytest.mark.long
 @pytest.mark.sampled(2)
 @EVERY
-def test_a_gap_is_not_bridged(method):
+def test_gap_is_not_bridged(method):
     """Across the mouth of a horseshoe the taxels of the far arm are the only ones there, and still not asked."""
     map_ = build_map(skin_of(named("spiral"), taxels=60))
     points = map_.uv[0]
@@ -390,7 +390,7 @@ def test_value_at_a_taxel_is_its_reading(three_patches, method):
 
 
 @CONTINUOUS
-def test_the_field_is_continuous_where_triangles_end(three_patches, method):
+def test_field_is_continuous_at_the_border_of_triangles(three_patches, method):
     step = 1e-7
     patch = np.zeros(4000, dtype=int)
     low = three_patches.uv[0].min(axis=0)
@@ -409,7 +409,7 @@ def test_the_field_is_continuous_where_triangles_end(three_patches, method):
 @pytest.mark.sampled(6)
 @EVERY
 @pytest.mark.parametrize("taxels", [1, 2, 3])
-def test_a_patch_with_few_taxels_is_shown_too(taxels, method):
+def test_patch_with_few_taxels_is_interpolated(taxels, method):
     map_ = build_map(skin_of(sheet(), taxels=taxels))
     points = map_.uv[0]
     weights = interpolation_weights(map_, np.zeros(len(points), dtype=int), points, interpolation=method)
@@ -417,7 +417,7 @@ def test_a_patch_with_few_taxels_is_shown_too(taxels, method):
 
 
 @EVERY
-def test_taxels_in_one_line_are_shown_along_it(method):
+def test_collinear_taxels_are_interpolated_along_their_line(method):
     map_ = build_map(skin_of(sheet(30, 1, width=0.3, height=0.01), taxels=8))
     weights = interpolation_weights(map_, np.zeros(1, dtype=int), map_.taxel_points[[3]], interpolation=method)
     assert weights[0, 3] == pytest.approx(1)
@@ -432,7 +432,7 @@ def test_interpolation_without_points_is_empty(three_patches, method):
 @pytest.mark.long
 @pytest.mark.sampled(2)
 @EVERY
-def test_many_points_have_the_weights_that_few_have(method):
+def test_weights_do_not_depend_on_the_number_of_points(method):
     """They are worked off in parts."""
     triangles = TaxelTriangles(jittered())
     points = np.random.default_rng(0).uniform(-0.01, 0.1, (90_000, 2))

@@ -32,7 +32,7 @@ def test_jacobian_predicts_motion_of_map_points_on_a_flat_skin(kind):
     assert rows @ [0, 0, 1] == pytest.approx([0, 0], abs=1e-9)
 
 
-def test_a_patch_drawn_larger_and_turned_has_its_jacobian_so():
+def test_jacobian_scales_and_rotates_with_its_patch():
     map_ = prepared_bar().map
     drawn = TactileMap(map_.skin, map_.charts, MapLayout((Placement(angle=0.7, scale=3.0),)))
     at = map_.skin.taxel_point(25)
@@ -42,7 +42,7 @@ def test_a_patch_drawn_larger_and_turned_has_its_jacobian_so():
     assert new == pytest.approx((turned[:3] - turned[3]).T, abs=1e-9)
 
 
-def test_both_agree_on_a_map_with_little_stretch_whose_taxels_are_where_they_are():
+def test_triangle_and_smoothed_jacobian_agree_on_a_map_with_little_stretch():
     map_ = arm().map
     skin = arm().skin
     jacobian = MapJacobian(map_)
@@ -54,7 +54,7 @@ def test_both_agree_on_a_map_with_little_stretch_whose_taxels_are_where_they_are
     assert np.median(apart) < 0.1
 
 
-def test_a_fit_keeps_on_its_side_of_a_seam():
+def test_fit_uses_only_taxels_on_its_side_of_a_seam():
     """The fit of every taxel of a tube excludes neighbours on the other side of the cut."""
     map_ = arm().map
     jacobian = MapJacobian(arm().map)
@@ -85,7 +85,7 @@ def test_result_does_not_depend_on_earlier_queries():
         assert np.array_equal(asked.at(at), MapJacobian(map_).at(at))
 
 
-def test_the_nearest_taxels_of_all_its_patch_are_blended():
+def test_nearest_taxels_of_the_patch_are_blended():
     """The candidates stored for each triangle include the nearest taxels of every point in it."""
     map_ = arm().map
     rng = np.random.default_rng(0)
@@ -102,7 +102,7 @@ def test_the_nearest_taxels_of_all_its_patch_are_blended():
 
 
 @pytest.mark.parametrize("flatness", [1.0, 0.1, 2e-3, 5e-4, 1e-6, 0.0])
-def test_smallest_motion_is_that_of_the_pseudo_inverse(flatness):
+def test_smallest_motion_equals_that_of_the_pseudo_inverse(flatness):
     rng = np.random.default_rng(3)
     for _ in range(50):
         turn = np.linalg.qr(rng.normal(size=(2, 2)))[0]
@@ -114,7 +114,7 @@ def test_smallest_motion_is_that_of_the_pseudo_inverse(flatness):
     assert not least_norm_motion(np.zeros((2, 3)), np.ones(2)).any()
 
 
-def test_a_face_without_area_gives_nothing_and_no_warning():
+def test_degenerate_face_gives_no_jacobian_and_no_warning():
     assert np.isfinite(MapJacobian(arm().map).at(SurfacePoint(0, 0, (1.0, 0.0, 0.0)), kind="raw")).all()
     assert affine_fit(np.outer(np.arange(5.0), [1, 0, 0]), np.zeros((5, 2)), np.array([0, 0, 1.0])).shape == (2, 3)
 
@@ -164,7 +164,9 @@ def measures(maps):
         (7.0, 3.6, 37.0, 0.36, 2.1, 13.0),
     ],
 )
-def test_misplaced_taxels_spoil_triangles_long_before_fits(sigma_mm, raw_p50, raw_p95, inverted, fit_p95, fit_turn_p95):
+def test_misplaced_taxels_affect_triangles_much_more_than_fits(
+    sigma_mm, raw_p50, raw_p95, inverted, fit_p95, fit_turn_p95
+):
     """The table of our theory page, roughly: at 8 mm pitch, 2 mm turn triangles over, and 7 mm turn no fit over."""
     (condition, _, area), (fit_condition, fit_turn, fit_area) = believed(1e-3 * sigma_mm)
     assert np.median(condition) == pytest.approx(raw_p50, rel=0.25)
@@ -187,14 +189,14 @@ def test_normal_on_a_plane_is_that_of_the_plane():
         assert normal == pytest.approx([0, 0, 1], abs=1e-9)
 
 
-def test_layout_of_the_patch_makes_no_difference():
+def test_normal_does_not_depend_on_the_layout_of_the_patch():
     map_ = prepared_bar().map
     drawn = TactileMap(map_.skin, map_.charts, MapLayout((Placement(angle=0.7, scale=3.0),)))
     at = map_.skin.taxel_point(25)
     assert MapJacobian(drawn).normal(at) == pytest.approx(MapJacobian(map_).normal(at), abs=1e-9)
 
 
-def test_normal_on_a_bent_skin_follows_the_surface_between_the_taxels():
+def test_normal_on_curved_skin_follows_the_surface_between_taxels():
     map_ = arm().map
     skin = arm().skin
     jacobian = MapJacobian(map_)
@@ -209,7 +211,7 @@ def test_normal_on_a_bent_skin_follows_the_surface_between_the_taxels():
 @pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize(("sd", "least"), [(0.001, 2.5), (0.002, 2.5), (0.004, 2.0)])
-def test_misplaced_taxels_turn_triangles_and_hardly_the_smoothed_normal(sd, least):
+def test_misplaced_taxels_rotate_triangle_normals_but_hardly_the_smoothed_normal(sd, least):
     """Plane at a pitch of 9 mm, where the truth is known."""
     believed = build_map(with_calibration_error(bar_skin(500, finer=3), sd, seed=1))
     jacobian = MapJacobian(believed)
@@ -237,7 +239,7 @@ def test_too_few_taxels_give_no_normal():
     assert MapJacobian(build_map(Skin(skin.patches))).normal(SurfacePoint(0, 0, (1.0, 0.0, 0.0))) is None
 
 
-def test_an_isometric_jacobian_turns_as_the_smoothed_one_and_stretches_nothing():
+def test_isometric_jacobian_has_the_rotation_of_the_smoothed_one_and_no_stretch():
     map_ = prepared_bar().map
     stretched = replace(map_.charts[0], plane=map_.charts[0].plane * [1.5, 0.8])
     drawn = TactileMap(map_.skin, (stretched,), MapLayout((Placement(angle=0.7, scale=2.0),)))

@@ -22,15 +22,15 @@ def _lengths(points):
 @pytest.mark.parametrize(
     "placement", [Placement(), Placement(0.7, (1.0, -2.0)), Placement(-2.0, (0.0, 0.3), mirrored=True)]
 )
-def test_lengths_stay(placement):
+def test_placement_preserves_lengths(placement):
     np.testing.assert_allclose(_lengths(placement.apply(POINTS)), _lengths(POINTS), atol=1e-12)
 
 
-def test_a_quarter_turn_is_counter_clockwise_and_comes_before_the_move():
+def test_rotation_is_counter_clockwise_and_applied_before_translation():
     np.testing.assert_allclose(Placement(np.pi / 2, (5.0, 0.0)).apply(np.array([[1.0, 0.0]])), [[5, 1]], atol=1e-12)
 
 
-def test_mirroring_comes_first():
+def test_mirroring_is_applied_first():
     mirrored = Placement(np.pi / 2, (0.0, 0.0), mirrored=True)
     np.testing.assert_allclose(mirrored.apply(np.array([[1.0, 0.0]])), [[0, -1]], atol=1e-12)
 
@@ -44,7 +44,7 @@ PLACEMENTS = [
 
 
 @pytest.mark.parametrize("placement", PLACEMENTS)
-def test_a_scale_is_of_all_lengths_and_the_way_back_is_exact(placement):
+def test_scale_applies_to_all_lengths_and_its_inverse_is_exact(placement):
     drawn = placement.apply(POINTS)
     np.testing.assert_allclose(_lengths(drawn), placement.scale * _lengths(POINTS), atol=1e-12)
     np.testing.assert_allclose(placement.back(drawn), POINTS, atol=1e-12)
@@ -61,7 +61,7 @@ def test_composition_equals_both_transforms_in_turn(first, second):
 @pytest.mark.parametrize(
     ("change", "says"), [({"offset": (1e6, 0.0)}, "too far from the origin"), ({"scale": 20.0}, "too large")]
 )
-def test_a_placement_out_of_bounds_is_rejected(change, says):
+def test_placement_out_of_bounds_is_rejected(change, says):
     with pytest.raises(MapError, match=says):
         MapLayout((Placement(), Placement(**change)))
 
@@ -94,7 +94,7 @@ def _boxes(charts, links=None):
 
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("count", [1, 2, 3, 6, 12, 13, 40])
-def test_packed_patches_do_not_touch_and_are_on_the_map(count):
+def test_packed_patches_do_not_touch_and_are_inside_the_map(count):
     boxes = _boxes(_charts(np.random.default_rng(count).uniform(0.02, 0.3, (count, 2))))
     assert boxes.min() == pytest.approx(0, abs=1e-12)
     for i in range(count):
@@ -127,7 +127,7 @@ def test_packing_only_moves_charts_without_overlap(parts, random):
             assert left < right
 
 
-def test_order_is_that_of_reading():
+def test_patches_are_packed_in_reading_order():
     middle = _boxes(_charts([(0.1, 0.1)] * 6)).mean(axis=1)
     order = sorted(range(6), key=lambda k: (-round(middle[k, 1], 3), middle[k, 0]))
     assert order == list(range(6))
@@ -143,7 +143,7 @@ def test_pairs_are_placed_symmetrically():
         assert middle[left, 0] < axis
 
 
-def test_on_a_limb_the_hand_is_not_nearer_to_the_middle_or_higher_than_the_arm():
+def test_hand_is_placed_no_nearer_to_the_middle_and_no_higher_than_its_arm():
     links = ["l_arm", "r_arm", "l_hand", "r_hand"]
     middle = _boxes(_charts([(0.1, 0.3)] * 4), links).mean(axis=1)
     assert abs(middle[2, 0] - middle[3, 0]) > abs(middle[0, 0] - middle[1, 0]) or middle[2, 1] < middle[0, 1]
@@ -162,22 +162,22 @@ def test_on_a_limb_the_hand_is_not_nearer_to_the_middle_or_higher_than_the_arm()
         ([], []),
     ],
 )
-def test_left_and_right_are_read_from_names(links, units):
+def test_sides_are_recognized_by_names(links, units):
     assert pair_up(links) == units
 
 
-def test_names_without_sides_change_nothing():
+def test_names_without_sides_do_not_affect_the_layout():
     charts = _charts(np.random.default_rng(3).uniform(0.02, 0.3, (5, 2)))
     assert pack_charts(charts, links=["a", "b", "c", "d", "e"]) == pack_charts(charts)
 
 
-def test_each_chart_needs_a_name():
+def test_packing_requires_a_name_for_each_chart():
     with pytest.raises(MapError, match="2 names for 3 charts"):
         pack_charts(_charts([(0.1, 0.1)] * 3), links=["a", "b"])
 
 
 @pytest.mark.long
-def test_the_whole_has_a_windows_shape():
+def test_packed_map_has_about_the_stated_aspect_ratio():
     width, height = _boxes(_charts([(0.1, 0.1)] * 12)).reshape(-1, 2).max(axis=0)
     assert 0.7 * PACKING_ASPECT < width / height < 1.5 * PACKING_ASPECT
 
@@ -187,14 +187,14 @@ def test_packing_without_charts_gives_an_empty_layout():
 
 
 @pytest.mark.parametrize("true", [Placement(2.0, (0.3, -0.1), scale=1.7), Placement(-0.4, (1.0, 2.0), True, 0.6)])
-def test_a_placement_is_found_again_from_where_it_brought_points(true):
+def test_placement_is_recovered_from_transformed_points(true):
     plane = np.random.default_rng(3).normal(size=(12, 2))
     found = fit_placement(plane, true.apply(plane))
     assert found.mirrored == true.mirrored
     assert (found.angle, *found.offset, found.scale) == pytest.approx((true.angle, *true.offset, true.scale))
 
 
-def test_a_rigid_fit_neither_scales_nor_mirrors():
+def test_rigid_fit_neither_scales_nor_mirrors():
     plane = np.random.default_rng(3).normal(size=(12, 2))
     true = Placement(2.0, (0.3, -0.1))
     expected = 1.3 * (true.apply(plane) - true.offset) + true.offset
@@ -203,6 +203,6 @@ def test_a_rigid_fit_neither_scales_nor_mirrors():
     assert not fit_placement(plane, plane * [-1, 1], rigid=True).mirrored
 
 
-def test_one_point_fits_anywhere_without_size():
+def test_fit_of_coincident_points_has_scale_zero():
     found = fit_placement(np.zeros((3, 2)), np.array([[0.0, 0], [3, 0], [0, 3]]))
     assert (found.scale, found.offset) == (0.0, pytest.approx((1.0, 1.0)))

@@ -94,7 +94,7 @@ def test_pieces_follow_each_other_on_the_body(name):
     assert name == "hemisphere" or crossed > 3
 
 
-def test_around_a_tube_and_home_again():
+def test_path_around_a_tube_returns_to_its_start():
     surface = frustum(0.03, 0.03, length=0.3, around=30, along=12)
     map_ = unrolled(surface, angle=0.3)
     at = _start(map_, 1)
@@ -114,7 +114,7 @@ def _on_map(map_, at, direction):
     return step / np.linalg.norm(step)
 
 
-def test_a_path_of_several_points_turns_by_the_same_angles_beyond_the_seam():
+def test_path_keeps_its_angles_beyond_the_seam():
     surface = frustum(0.05, 0.02, length=0.2, around=30, along=12)
     map_ = unrolled(surface)
     transitions = SeamTransitions(map_)
@@ -132,7 +132,7 @@ def test_a_path_of_several_points_turns_by_the_same_angles_beyond_the_seam():
     assert crossed, "at least one hexagon must cross the seam"
 
 
-def test_the_rest_of_the_path_is_kept_where_the_skin_ends():
+def test_remainder_of_the_path_is_kept_at_the_end_of_the_skin():
     map_ = unrolled(sheet())
     at = SurfacePoint(0, 0, (0.3, 0.3, 0.4))
     path = trace_path(SeamTransitions(map_), at, map_.to_map(at) + [0.0, 5.0])
@@ -148,13 +148,13 @@ def test_path_without_length_has_no_piece():
     assert (path.pieces, path.arrived) == ((), True)
 
 
-def test_a_path_that_is_not_finite_is_rejected():
+def test_path_that_is_not_finite_is_rejected():
     map_ = unrolled(sheet())
     with pytest.raises(MapError, match="finite"):
         trace_path(SeamTransitions(map_), SurfacePoint(0, 0, (1.0, 0.0, 0.0)), np.array([np.nan, 0]))
 
 
-def test_a_path_may_start_on_the_seam():
+def test_path_may_start_on_the_seam():
     surface = frustum(0.03, 0.03, length=0.3, around=30, along=12)
     map_ = unrolled(surface)
     transitions = SeamTransitions(map_)
@@ -175,7 +175,7 @@ def test_a_path_may_start_on_the_seam():
     assert len(back.pieces) == 1
 
 
-def test_mirroring_the_chart_changes_nothing_on_the_body():
+def test_mirroring_the_chart_does_not_change_the_path_on_the_body():
     plain = unrolled(cap(0.0001, rings=6))
     turned = TactileMap(plain.skin, plain.charts, MapLayout((Placement(mirrored=True),)))
     at = _start(plain, 0)
@@ -190,7 +190,7 @@ def test_mirroring_the_chart_changes_nothing_on_the_body():
 CORNERS = np.array([[0.0, 0.0], [0.03, 0.0], [0.03, 0.04]])
 
 
-def test_a_polyline_is_walked_by_its_length():
+def test_polyline_is_traversed_by_arc_length():
     path = draw_path("polyline", CORNERS)
     assert path.length == pytest.approx(0.07)
     point, direction = path.at(0.05)
@@ -202,14 +202,14 @@ def test_a_polyline_is_walked_by_its_length():
     assert not path.closed
 
 
-def test_points_that_repeat_are_left_out():
+def test_repeated_points_are_omitted():
     path = MapPath(np.repeat(CORNERS, 3, axis=0))
     assert len(path.points) == 3
     assert path.length == pytest.approx(0.07)
 
 
 @pytest.mark.parametrize("kind", CHOICES["path_kind"])
-def test_every_kind_is_walked_at_even_speed(kind):
+def test_every_kind_of_path_is_traversed_at_constant_speed(kind):
     path = draw_path(kind, CORNERS)
     ways = np.linspace(0, path.length, 500, endpoint=False)
     points = np.array([path.at(way)[0] for way in ways])
@@ -219,7 +219,7 @@ def test_every_kind_is_walked_at_even_speed(kind):
     assert np.isfinite(points).all()
 
 
-def test_a_spline_goes_through_its_points_and_closes_smoothly():
+def test_spline_goes_through_its_points_and_closes_smoothly():
     path = draw_path("spline", CORNERS)
     for corner in CORNERS:
         assert np.linalg.norm(path.points - corner, axis=1).min() < 1e-3
@@ -230,7 +230,7 @@ def test_a_spline_goes_through_its_points_and_closes_smoothly():
     assert before @ after > 0.99
 
 
-def test_a_figure_of_eight_starts_in_its_middle_crosses_it_and_closes():
+def test_figure_of_eight_starts_in_its_middle_crosses_it_and_closes():
     path = draw_path("lemniscate", [[-0.02, 0.0], [0.02, 0.0]])
     assert path.closed
     assert path.points.max(axis=0) == pytest.approx([0.02, 0.01], rel=1e-2)
@@ -238,7 +238,7 @@ def test_a_figure_of_eight_starts_in_its_middle_crosses_it_and_closes():
     assert path.at(path.length / 2)[0] == pytest.approx([0, 0], abs=1e-3)
 
 
-def test_a_raster_leaves_no_gap_and_never_jumps():
+def test_raster_leaves_no_gap_and_never_jumps():
     path = draw_path("raster", [[0.03, 0.04], [0.0, 0.0]])
     rows = np.unique(path.points[:, 1])
     assert np.diff(rows).max() <= RASTER_STEP
@@ -283,11 +283,11 @@ def test_path_between_patches_has_a_run_in_each():
     assert runs[-1].points[-1] == pytest.approx([0.30, 0.05])
 
 
-def test_out_and_in_by_the_same_border_within_one_side_and_another():
+def test_path_that_leaves_and_reenters_over_the_same_border_is_split():
     assert [run.patch for run in cut((0.05, 0.05), (0.05, -0.01), (0.06, -0.01), (0.06, 0.05))] == [0, None, 0]
 
 
-def test_a_point_alone_has_no_runs():
+def test_single_point_has_no_runs():
     assert cut((0.05, 0.05)) == ()
     assert split_at_borders(np.array([[0.05, 0.05], [0.05, 0.05 + 1e-10]]), TRANSITIONS) == ()
 
@@ -325,7 +325,7 @@ def ends(walk):
     return np.array([piece.points for piece in walk.pieces]).reshape(-1, 4)
 
 
-def test_inside_a_patch_its_pieces_are_the_sides_that_were_drawn():
+def test_path_inside_a_patch_has_the_drawn_sides_as_pieces():
     walk = walked((0.01, 0.01), (0.05, 0.09), (0.09, 0.01))
     assert ends(walk) == pytest.approx(np.array([[0.01, 0.01, 0.05, 0.09], [0.05, 0.09, 0.09, 0.01]]))
     assert walk.whole
@@ -335,7 +335,7 @@ def test_inside_a_patch_its_pieces_are_the_sides_that_were_drawn():
         assert MAP.to_map(piece.end) == pytest.approx(piece.points[1], abs=1e-6)
 
 
-def test_between_patches_it_jumps_and_at_the_end_of_the_skin_it_stops():
+def test_path_jumps_between_patches_and_stops_at_the_end_of_the_skin():
     walk = walked((0.05, 0.05), (0.30, 0.05))
     assert [piece.patch for piece in walk.pieces] == [0, 1]
     assert walk.jumps == [1]
@@ -369,7 +369,7 @@ def test_pieces_are_continuous_on_the_body_except_at_jumps(taxel, drawn):
             assert away < NEAR_PITCHES * np.sqrt(skin.areas.mean()) + 1e-6
 
 
-def test_a_point_on_the_border_is_found_inside_and_nothing_is_not():
+def test_point_within_rounding_of_the_border_is_on_the_patch():
     at = back_project_inside(MAP, 0, np.array([0.05, 0.05]), np.array([0.1 + 1e-11, 0.05]))
     assert at.patch == 0
     with pytest.raises(MapError, match="no skin at this point"):

@@ -15,14 +15,14 @@ def image():
     return TactileImage(small_arm().map, width=48)
 
 
-def test_nothing_is_pale_and_full_scale_dark_red(image):
+def test_zero_pressure_is_pale_and_full_scale_dark_red(image):
     taxels = image.weights.shape[1]
     assert (colour_image(image, np.zeros(taxels), 5.0)[image.inside] == COLOURS[0]).all()
     for pressure in (5_000.0, 50_000.0):
         assert (colour_image(image, np.full(taxels, pressure), 5.0)[image.inside] == COLOURS[255]).all()
 
 
-def test_off_skin_is_white_and_a_dead_taxel_grey(image):
+def test_background_is_white_and_a_dead_taxel_grey(image):
     pressures = np.zeros(image.weights.shape[1])
     pressures[7] = np.nan
     picture = colour_image(image, pressures, 5.0)
@@ -31,7 +31,7 @@ def test_off_skin_is_white_and_a_dead_taxel_grey(image):
     assert tuple(picture[row, column]) == (128, 128, 128)
 
 
-def test_darker_means_more(image):
+def test_higher_pressure_is_darker(image):
     shades = [
         colour_image(image, np.full(image.weights.shape[1], p), 10.0)[image.inside][0].sum() for p in (0, 2e3, 9e3)
     ]
@@ -41,5 +41,5 @@ def test_darker_means_more(image):
 @pytest.mark.parametrize(
     ("largest", "scale"), [(0.0, 1), (1.0, 1), (1.01, 2), (4.0, 5), (5.0, 5), (7.0, 10), (10.0, 10), (101.0, 200)]
 )
-def test_a_scale_is_the_next_round_number(largest, scale):
+def test_scale_ends_at_the_next_round_number(largest, scale):
     assert rounded_scale(largest) == scale

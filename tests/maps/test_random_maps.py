@@ -66,7 +66,7 @@ def _parts(step):
 @pytest.mark.long
 @examples(40)
 @given(cells)
-def test_any_heap_of_blocks_is_laid_flat(chosen):
+def test_any_pile_of_blocks_is_flattened(chosen):
     chosen = _face_connected(chosen)
     assume(_manifold(chosen))
     chart = flatten(blocks(chosen))
@@ -76,7 +76,7 @@ def test_any_heap_of_blocks_is_laid_flat(chosen):
 
 @examples(25)
 @given(hnp.arrays(float, (7, 5), elements=st.floats(-0.04, 0.04)))
-def test_any_landscape_is_laid_flat(heights):
+def test_any_height_field_is_flattened(heights):
     surface = sheet(6, 4, shape=lambda x, y: heights)
     assert len(cut_to_disk(surface).seams) == 0
     chart = flatten(surface)
@@ -96,7 +96,7 @@ def test_rotation_svd_rebuilds_any_matrix(matrices):
 @pytest.mark.long
 @examples(40)
 @given(st.floats(-10, 10), st.tuples(st.floats(-5, 5), st.floats(-5, 5)), st.booleans())
-def test_every_layout_maps_both_ways(angle, offset, mirrored):
+def test_every_layout_maps_in_both_directions(angle, offset, mirrored):
     # The second patch is well apart from any position of the first.
     moved = TactileMap(
         MAP.skin, MAP.charts, MapLayout((Placement(angle, offset, mirrored), Placement(0.0, (50.0, 0.0))))
@@ -109,7 +109,7 @@ def test_every_layout_maps_both_ways(angle, offset, mirrored):
 
 @examples(60)
 @given(st.integers(0, len(DATA) - 1), st.integers(1, 255))
-def test_a_file_with_any_byte_changed_opens_whole_or_is_rejected_by_name(place, change):
+def test_file_with_any_changed_byte_is_read_completely_or_rejected_by_name(place, change):
     damaged = bytearray(DATA)
     damaged[place] ^= change
     try:

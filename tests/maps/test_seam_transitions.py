@@ -42,7 +42,7 @@ def test_every_seam_segment_has_a_partner_and_true_borders_have_none(three_patch
         assert np.sort(edge).tolist() in np.sort(chart.seams, axis=1).tolist()
 
 
-def test_a_transition_puts_edge_on_edge(three_patches):
+def test_transition_maps_an_edge_onto_its_partner(three_patches):
     borders = SeamTransitions(three_patches).borders
     glued = np.flatnonzero(borders.partner >= 0)
     for end in (0, 1):
@@ -58,7 +58,7 @@ def test_transition_and_its_inverse_cancel(three_patches):
     np.testing.assert_allclose(back, points, atol=1e-12)
 
 
-def test_without_stretch_a_transition_is_a_rotation(rolled):
+def test_transition_of_an_unstretched_map_is_a_rotation(rolled):
     borders = SeamTransitions(rolled).borders
     turns = borders.linear[borders.partner >= 0]
     assert len(turns) == 2 * 12
@@ -66,7 +66,7 @@ def test_without_stretch_a_transition_is_a_rotation(rolled):
     np.testing.assert_allclose(np.linalg.det(turns), 1, atol=1e-9)
 
 
-def test_a_stretched_map_keeps_directions_on_the_body(rolled):
+def test_stretched_map_keeps_directions_on_the_body(rolled):
     """Stretching the map by a matrix must change each transition A to S A S⁻¹."""
     stretch = np.array([[1.4, 0.3], [0.0, 0.8]])
     (chart,) = rolled.charts
@@ -80,7 +80,7 @@ def test_a_stretched_map_keeps_directions_on_the_body(rolled):
     np.testing.assert_allclose(SeamTransitions(changed).borders.linear, expected, atol=1e-9)
 
 
-def test_crossings_of_lines():
+def test_crossings_of_lines_are_found():
     s, t = line_crossing(np.zeros(2), np.array([2.0, 0]), np.array([[[1, -1], [1, 3]], [[0, 1], [5, 1]]], dtype=float))
     assert (s[0], t[0]) == (0.5, 0.25)
     assert np.isnan(s[1])

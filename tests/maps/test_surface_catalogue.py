@@ -48,7 +48,7 @@ def _map(name):
 @pytest.mark.long
 @pytest.mark.sampled(6)
 @pytest.mark.parametrize("name", EVERY)
-def test_the_map_is_finite_one_to_one_and_better_than_the_first(name):
+def test_map_is_finite_one_to_one_and_better_than_the_initial_one(name):
     chart = _chart(name)
     surface = named(name)
     assert np.isfinite(chart.plane).all()
@@ -79,7 +79,7 @@ def test_repairs_are_reported(name):
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("name", ["saddle", "bumpy tube", "sieve", "cap"])
 @pytest.mark.parametrize("scale", [1e-6, 1e6])
-def test_size_does_not_matter(name, scale):
+def test_map_does_not_depend_on_size(name, scale):
     surface = named(name)
     chart = flatten(Mesh(scale * surface.vertices, surface.faces))
     assert chart.energies[-1] == pytest.approx(_chart(name).energies[-1], rel=1e-6)
@@ -89,7 +89,7 @@ def test_size_does_not_matter(name, scale):
 @pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("name", ["saddle", "bumpy tube", "sieve", "cap"])
-def test_place_and_direction_do_not_change_the_map(name):
+def test_map_does_not_depend_on_position_and_orientation(name):
     surface = named(name)
     turn, _ = np.linalg.qr(np.random.default_rng(2).normal(size=(3, 3)))
     turn *= np.linalg.det(turn)
@@ -100,7 +100,7 @@ def test_place_and_direction_do_not_change_the_map(name):
 @pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("name", ["saddle", "cap", "sieve"])
-def test_a_jitter_of_rounding_size_changes_nothing_visible(name):
+def test_perturbation_of_rounding_size_does_not_change_the_map_visibly(name):
     surface = named(name)
     noise = np.random.default_rng(0).normal(size=surface.vertices.shape) * 1e-12 * surface.size
     jittered = flatten(Mesh(surface.vertices + noise, surface.faces))
@@ -132,7 +132,7 @@ def test_every_taxel_is_in_its_patch(name):
 
 @pytest.mark.sampled(13)
 @pytest.mark.parametrize("name", SMALL)
-def test_even_pressure_makes_an_even_image(name):
+def test_uniform_pressure_gives_a_uniform_image(name):
     map_ = _map(name)
     image = TactileImage(map_, width=96)
     sums = np.asarray(image.weights.sum(axis=1)).reshape(image.shape)
@@ -172,7 +172,7 @@ def test_spiral_is_trustworthy_except_where_its_ends_meet():
 
 @pytest.mark.sampled(4)
 @pytest.mark.parametrize("name", [name for name in SMALL if name != "thin faces"])
-def test_every_map_survives_its_file(name):
+def test_every_map_is_restored_from_its_file(name):
     data = map_to_bytes(_map(name))
     assert map_to_bytes(map_from_bytes(data)) == data
 
@@ -188,7 +188,7 @@ def test_developable_surface_is_flattened_without_distortion(surface):
 
 @pytest.mark.long
 @pytest.mark.parametrize(("angle", "energy"), [(0.5, 4.00131), (1.0, 4.02164), (np.pi / 2, 4.14051)])
-def test_a_cap_of_a_sphere_reaches_the_optimum_known_for_it(angle, energy):
+def test_map_of_a_spherical_cap_reaches_the_known_optimum(angle, energy):
     assert flatten(cap(angle, rings=32)).energies[-1] == pytest.approx(energy, abs=5e-3 * (energy - 4) + 2e-5)
 
 
@@ -211,13 +211,13 @@ def _best_ring_map(angle, count=200):
 
 @pytest.mark.long
 @pytest.mark.parametrize("angle", [0.8, 1.3])
-def test_a_cap_is_as_good_as_the_best_map_of_rings(angle):
+def test_map_of_a_cap_is_as_good_as_the_best_map_of_rings(angle):
     expected = _best_ring_map(angle)
     found = flatten(cap(angle, rings=32)).energies[-1]
     assert found - 4 == pytest.approx(expected - 4, rel=0.01)
 
 
-def test_no_map_of_a_hemisphere_beats_milnors_bound():
+def test_no_map_of_a_hemisphere_is_below_the_bound_of_milnor():
     """Largest over smallest stretch of a cap of angle a is at least a / sin a (Milnor 1969)."""
     surface = cap(np.pi / 2, rings=32)
     chart = flatten(surface)
@@ -227,14 +227,14 @@ def test_no_map_of_a_hemisphere_beats_milnors_bound():
 
 
 @pytest.mark.long
-def test_a_spiral_laid_flat_without_a_border_guard_would_be_free_of_loss():
+def test_spiral_without_border_barrier_would_be_flattened_without_distortion():
     """So what the guard costs is all that is lost."""
     assert 4 < flatten(spiral()).energies[-1] < 4.02
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", ["bumpy tube", "hemisphere", "two handles"])
-def test_slim_finds_the_same_optimum(name):
+def test_slim_reaches_the_same_optimum(name):
     """libigl's SLIM from the same start; it is slower, and only ever sees checked input."""
     surface = named(name)
     cut = cut_to_disk(surface)
@@ -268,7 +268,7 @@ def _measured(name):
 @pytest.mark.long
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("name", HARD)
-def test_every_inaccurate_number_is_flagged(name):
+def test_every_inaccurate_value_is_marked(name):
     map_, _, quality = _measured(name)
     report = json.loads(json.dumps(quality.to_json(), allow_nan=False))
     assert quality.bijective
@@ -289,7 +289,7 @@ def test_every_inaccurate_number_is_flagged(name):
 @pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("name", ["bumpy tube", "hemisphere"])
-def test_moving_and_mirroring_a_patch_changes_no_number_of_shape(name):
+def test_moving_and_mirroring_a_patch_does_not_change_shape_measures(name):
     map_, body, quality = _measured(name)
     layout = MapLayout((Placement(2.1, (-3.0, 0.4), mirrored=True),))
     moved = measure_topography(TactileMap(map_.skin, map_.charts, layout).taxel_points, body)
@@ -299,7 +299,7 @@ def test_moving_and_mirroring_a_patch_changes_no_number_of_shape(name):
 
 @pytest.mark.long
 @pytest.mark.parametrize("scale", [1e-3, 1e3])
-def test_size_changes_no_ratio(scale):
+def test_size_does_not_change_ratios(scale):
     surface = named("saddle")
     plain = _measured("saddle")[2]
     map_ = build_map(skin_of(Mesh(scale * surface.vertices, surface.faces), taxels=25))
@@ -323,7 +323,7 @@ def test_developable_surface_is_unrolled_without_distortion(name):
 
 
 @pytest.mark.long
-def test_no_map_of_a_cap_is_better_than_milnors_bound():
+def test_no_map_of_a_cap_is_below_the_bound_of_milnor():
     """Milnor 1969: the largest over the smallest stretch of a cap of angle a is at least a / sin a."""
     for angle in (0.5, 1.0, np.pi / 2):
         map_ = build_map(skin_of(cap(angle), taxels=10))
@@ -332,7 +332,7 @@ def test_no_map_of_a_cap_is_better_than_milnors_bound():
         assert angle / np.sin(angle) * 0.99 < ratio < 1.3 * angle / np.sin(angle)
 
 
-def test_worse_maps_get_worse_numbers():
+def test_worse_maps_have_worse_measures():
     map_, body, _ = _measured("saddle")
     (chart,) = map_.charts
     last = None

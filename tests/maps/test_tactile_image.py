@@ -24,7 +24,7 @@ from tests.support.surfaces import sheet, skin_of
 
 
 @pytest.mark.long
-def test_the_areas_behind_the_pixels_are_those_of_their_faces(three_patches):
+def test_pixel_areas_add_up_to_face_areas(three_patches):
     """Many small pixels in one face add up to that face's area on the body."""
     image = TactileImage(three_patches, resolution=2.5e-4)
     patch, face, _ = three_patches.to_body_many(image.centres())
@@ -38,7 +38,7 @@ def test_the_areas_behind_the_pixels_are_those_of_their_faces(three_patches):
         assert total.sum() == pytest.approx(worn.surface.area, rel=5e-3)
 
 
-def test_every_taxels_force_is_kept():
+def test_force_of_every_taxel_is_conserved():
     generator = np.random.default_rng(0)
     weights = csr_matrix(generator.dirichlet(np.ones(5), 60))
     areas = generator.uniform(0.5, 1.5, 60)
@@ -46,7 +46,7 @@ def test_every_taxels_force_is_kept():
     np.testing.assert_allclose(weights.T @ force_areas(weights, areas, requested), requested, rtol=1e-12)
 
 
-def test_pixel_areas_are_the_nearest_that_keep_the_sum():
+def test_pixel_areas_change_least_while_keeping_the_sum():
     """Against the weighted least-norm solution by a dense pseudo-inverse."""
     generator = np.random.default_rng(1)
     weights = csr_matrix(generator.dirichlet(np.ones(5), 60))
@@ -58,20 +58,20 @@ def test_pixel_areas_are_the_nearest_that_keep_the_sum():
     np.testing.assert_allclose(force_areas(weights, areas, requested), expected, rtol=1e-9)
 
 
-def test_areas_that_are_right_stay_as_they_are():
+def test_correct_pixel_areas_are_unchanged():
     weights = csr_matrix(np.kron(np.eye(4), np.ones((3, 1))))
     areas = np.random.default_rng(0).uniform(0.5, 1.5, 12)
     np.testing.assert_allclose(force_areas(weights, areas, weights.T @ areas), areas, rtol=1e-12)
 
 
-def test_a_taxel_without_a_pixel_has_no_part_and_spoils_nothing():
+def test_taxel_without_a_pixel_does_not_affect_others():
     weights = csr_matrix(np.kron(np.eye(4), np.ones((3, 1))))
     weights = csr_matrix((weights.data, weights.indices, weights.indptr), shape=(12, 5))
     areas = force_areas(weights, np.ones(12), np.array([3.0, 6, 3, 3, 7]))
     np.testing.assert_allclose(weights.T @ areas, [3, 6, 3, 3, 0])
 
 
-def test_an_image_without_skin_has_no_force():
+def test_image_without_skin_has_no_force():
     assert (force_areas(csr_matrix((4, 2)), np.zeros(4), np.ones(2)) == 0).all()
 
 
@@ -93,12 +93,12 @@ def test_resolution_can_be_requested(three_patches):
 
 
 @pytest.mark.parametrize("resolution", [0.0, -1.0, np.nan, np.inf, 1e-7])
-def test_an_absurd_resolution_is_a_named_error(three_patches, resolution):
+def test_implausible_resolution_raises_a_clear_error(three_patches, resolution):
     with pytest.raises(MapError, match="resolution"):
         TactileImage(three_patches, resolution=resolution)
 
 
-def test_a_narrow_map_does_not_make_a_giant_image():
+def test_narrow_map_does_not_create_a_huge_image():
     narrow = build_map(skin_of(sheet(40, 1, width=1.0, height=0.001), taxels=20))
     assert min(np.ptp(narrow.bounds, axis=0)) < 0.01
     assert max(TactileImage(narrow, width=100).shape) == 100
@@ -123,14 +123,14 @@ def test_pressure_appears_at_its_taxel_in_kilopascals(three_patches, image):
         assert shown.max() <= 5.0 + 1e-4
 
 
-def test_even_pressure_is_even_inside_and_nothing_outside(three_patches, image):
+def test_uniform_pressure_is_uniform_inside_and_zero_outside(three_patches, image):
     shown = image.render(np.full(len(three_patches.skin), 2000.0))
     np.testing.assert_allclose(shown[image.inside], 2.0, rtol=1e-5)
     assert (shown[~image.shown] == 0).all()
     assert (~image.shown).any()
 
 
-def test_the_rim_is_one_pixel_wide(image):
+def test_rim_of_the_image_is_one_pixel_wide(image):
     assert (image.shown | ~image.inside).all(), "what is inside is shown"
     rim = image.shown & ~image.inside
     padded = np.pad(image.inside, 1)
@@ -142,7 +142,7 @@ def test_the_rim_is_one_pixel_wide(image):
     np.testing.assert_array_equal(image.shown, near)
 
 
-def test_a_pixel_goes_to_the_body_and_back_to_itself(three_patches, image):
+def test_pixel_maps_to_the_body_and_back_to_itself(three_patches, image):
     for row, column in np.argwhere(image.inside)[::97]:
         at = image.back_project(int(row), int(column))
         assert image.pixel(three_patches.to_map(at)) == (row, column)
@@ -155,7 +155,7 @@ def test_pixel_off_the_skin_or_image_has_no_place(image):
         assert image.back_project(*outside) is None
 
 
-def test_centres_are_those_of_their_pixels(image):
+def test_pixel_centres_are_correct(image):
     centres = image.centres()
     for number in range(0, len(centres), 1501):
         assert image.pixel(centres[number]) == divmod(number, image.shape[1])
@@ -163,7 +163,7 @@ def test_centres_are_those_of_their_pixels(image):
 
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("interpolation", INTERPOLATIONS)
-def test_the_force_of_any_touch_is_kept(three_patches, interpolation):
+def test_force_of_any_touch_is_conserved(three_patches, interpolation):
     """The force is kept to rounding: in double precision, and in the displayed image to that of its pixels."""
     image = TactileImage(three_patches, width=160, interpolation=interpolation)
     areas = image.pixel_areas.ravel()
@@ -178,7 +178,7 @@ def test_the_force_of_any_touch_is_kept(three_patches, interpolation):
 
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("interpolation", INTERPOLATIONS)
-def test_pixel_areas_stay_near_the_bodys(three_patches, interpolation):
+def test_pixel_areas_are_close_to_those_on_the_body(three_patches, interpolation):
     image = TactileImage(three_patches, width=160, interpolation=interpolation)
     true = np.array([patch.surface.area for patch in three_patches.skin.patches]).sum()
     assert image.pixel_areas.sum() == pytest.approx(true, rel=1e-9)
@@ -186,7 +186,7 @@ def test_pixel_areas_stay_near_the_bodys(three_patches, interpolation):
     assert np.quantile(image.pixel_areas[image.inside], 0.01) > 0.2 * np.median(image.pixel_areas[image.inside])
 
 
-def test_the_force_of_one_patch_is_that_of_its_part_of_the_image(three_patches, image):
+def test_force_of_a_patch_equals_that_of_its_part_of_the_image(three_patches, image):
     pressures = np.full(len(three_patches.skin), 2000.0)
     shown = image.render(pressures)
     patch = three_patches.to_body_many(image.centres())[0].reshape(image.shape)
@@ -195,12 +195,12 @@ def test_the_force_of_one_patch_is_that_of_its_part_of_the_image(three_patches, 
         assert image.force(part) == pytest.approx(2000 * worn.taxels.areas.sum(), rel=1e-6)
 
 
-def test_an_unknown_interpolation_is_a_named_error(three_patches):
+def test_unknown_interpolation_is_rejected_by_name(three_patches):
     with pytest.raises(MapError, match="interpolation"):
         TactileImage(three_patches, interpolation="cubic")
 
 
-def test_the_body_is_coloured_as_the_map(three_patches):
+def test_body_has_the_colours_of_the_map(three_patches):
     for number, weights in enumerate(vertex_weights(three_patches)):
         surface = three_patches.skin.patches[number].surface
         assert weights.shape == (len(surface.vertices), len(three_patches.skin))
@@ -208,7 +208,7 @@ def test_the_body_is_coloured_as_the_map(three_patches):
         assert (three_patches.skin.patch_of[weights.indices] == number).all()
 
 
-def test_no_seam_shows_on_the_body(three_patches):
+def test_seams_are_invisible_on_the_body(three_patches):
     """A seam's vertex takes the mean of its two places; without that one side would decide alone."""
     weights = vertex_weights(three_patches)[0]
     chart = three_patches.charts[0]
@@ -221,7 +221,7 @@ def test_no_seam_shows_on_the_body(three_patches):
     assert (x > middle).any()
 
 
-def test_the_round_trip_is_that_of_the_images_own_table(three_patches):
+def test_round_trip_agrees_with_the_table_of_the_image(three_patches):
     image = TactileImage(three_patches, width=200)
     skin = three_patches.skin
     found = round_trip_mm(three_patches, image)
@@ -235,7 +235,7 @@ def test_the_round_trip_is_that_of_the_images_own_table(three_patches):
     assert np.isfinite(found).mean() > 0.9
 
 
-def test_a_taxel_whose_pixel_shows_another_patch_does_not_come_back(three_patches):
+def test_taxel_whose_pixel_shows_another_patch_has_no_round_trip(three_patches):
     places = (*three_patches.layout.placements[:2], three_patches.layout.placements[0])
     covered = TactileMap(three_patches.skin, three_patches.charts, MapLayout(places))
     image = TactileImage(covered, width=200)
@@ -247,19 +247,19 @@ def test_a_taxel_whose_pixel_shows_another_patch_does_not_come_back(three_patche
     assert np.isinf(round_trip_mm(covered, image)[other]).all()
 
 
-def test_finer_pixels_lead_back_closer(three_patches):
+def test_finer_pixels_reduce_the_round_trip_error(three_patches):
     coarse, fine = (np.nanmedian(round_trip_mm(three_patches, TactileImage(three_patches, width=w))) for w in (40, 300))
     assert fine < 0.2 * coarse
 
 
-def test_a_mirrored_patch_leads_back_too(three_patches):
+def test_mirrored_patch_has_a_round_trip(three_patches):
     places = (Placement(offset=(-1.0, 0.0), mirrored=True), *three_patches.layout.placements[1:])
     mirrored = TactileMap(three_patches.skin, three_patches.charts, MapLayout(places))
     found = round_trip_mm(mirrored, TactileImage(mirrored, width=600))
     assert np.nanmedian(found[:40]) < 3
 
 
-def test_the_force_of_every_taxel_is_kept(three_patches):
+def test_force_of_every_taxel_is_conserved_in_the_image(three_patches):
     image = TactileImage(three_patches, width=150)
     errors = force_error(image)
     assert errors.shape == (len(three_patches.skin),)
@@ -274,7 +274,7 @@ def test_taxel_without_pixel_has_no_force(three_patches):
     assert lost.any()
 
 
-def test_places_off_the_skin_are_unknown(three_patches):
+def test_round_trip_of_places_off_the_skin_is_unknown(three_patches):
     patch = np.array([0, -1, 2])
     face = np.array([3, -1, 5])
     places = surface_positions(three_patches.skin, patch, face, np.full((3, 3), 1 / 3))

@@ -41,7 +41,7 @@ def _shown(image, values):
 @pytest.mark.parametrize(
     ("interpolation", "scipys"), [("barycentric", LinearNDInterpolator), ("nearest", NearestNDInterpolator)]
 )
-def test_the_image_is_that_of_scipy(square, interpolation, scipys):
+def test_image_equals_that_of_scipy(square, interpolation, scipys):
     image = TactileImage(square, width=100, interpolation=interpolation)
     values = np.random.default_rng(0).random(len(square.skin))
     expected = scipys(square.taxel_points, values)(image.centres()).reshape(image.shape)
@@ -50,7 +50,7 @@ def test_the_image_is_that_of_scipy(square, interpolation, scipys):
     np.testing.assert_allclose(_shown(image, values).reshape(image.shape)[inner], expected[inner], atol=1e-6)
 
 
-def test_the_image_is_that_of_griddata(square):
+def test_image_equals_that_of_griddata(square):
     image = TactileImage(square, width=64)
     values = 1e4 * smooth(square.taxel_points)
     expected = griddata(square.taxel_points, values, image.centres()).reshape(image.shape)
@@ -58,7 +58,7 @@ def test_the_image_is_that_of_griddata(square):
     np.testing.assert_allclose(1e3 * image.render(values)[inner], expected[inner], rtol=1e-5)
 
 
-def test_local_plates_come_near_the_one_plate_through_all(square):
+def test_local_plates_approximate_the_global_plate(square):
     image = TactileImage(square, width=64, interpolation="thin-plate")
     values = smooth(square.taxel_points)
     inner = _inner(image, square)
@@ -72,7 +72,7 @@ def test_local_plates_come_near_the_one_plate_through_all(square):
 @pytest.mark.parametrize(
     ("interpolation", "order"), [("nearest", 1), ("barycentric", 2), ("natural-neighbour", 2), ("thin-plate", 2)]
 )
-def test_errors_on_a_smooth_field_fall_with_the_pitch_as_theory_says(interpolation, order):
+def test_errors_on_a_smooth_field_decrease_with_the_pitch_as_predicted(interpolation, order):
     errors = []
     for taxels in (400, 3600):
         map_ = flat_map(taxels)
@@ -82,7 +82,7 @@ def test_errors_on_a_smooth_field_fall_with_the_pitch_as_theory_says(interpolati
     assert np.log(errors[0] / errors[1]) / np.log(3) == pytest.approx(order, abs=0.45)
 
 
-def test_a_sharp_edge_is_blurred_by_no_more_than_a_pitch(square):
+def test_sharp_edge_is_blurred_by_at_most_one_pitch(square):
     """Only where the contact's rim is near may the image be wrong by much."""
     image = TactileImage(square, width=128)
     error = np.abs(_shown(image, sharp(square.taxel_points)) - sharp(image.centres()))
@@ -95,7 +95,7 @@ def test_a_sharp_edge_is_blurred_by_no_more_than_a_pitch(square):
 @pytest.mark.sampled(4)
 @pytest.mark.parametrize("interpolation", INTERPOLATIONS)
 @pytest.mark.parametrize("name", SURFACES)
-def test_the_force_is_kept_to_rounding_on_any_body(name, interpolation):
+def test_force_is_conserved_to_rounding_on_any_body(name, interpolation):
     map_ = build_map(skin_of(SURFACES[name](), taxels=60))
     image = TactileImage(map_, width=128, interpolation=interpolation)
     areas = image.pixel_areas.ravel()
@@ -119,7 +119,7 @@ def test_rows_sum_to_one_and_blank_pixels_are_blank(name):
         np.testing.assert_array_equal(map_.skin.patch_of[asked.col[on]], patch[on])
 
 
-def test_a_coarse_image_keeps_the_force_of_the_taxels_it_shows():
+def test_coarse_image_conserves_the_force_of_visible_taxels():
     """Force on taxels that no pixel shows is not kept if pixels are fewer than taxels, and this is detectable."""
     map_ = flat_map(400)
     image = TactileImage(map_, width=12, interpolation="nearest")

@@ -39,7 +39,7 @@ def test_single_and_batched_queries_agree(three_patches):
         assert (back.patch, back.face) == (at.patch, at.face)
 
 
-def test_every_vertex_of_the_body_has_its_place(three_patches):
+def test_every_vertex_of_the_body_has_a_map_position(three_patches):
     for number, uv in enumerate(three_patches.uv):
         patch, face, weights = three_patches.to_body_many(uv)
         assert (patch == number).all()
@@ -82,7 +82,7 @@ def test_each_seam_is_on_the_border_twice(three_patches):
     assert {tuple(point) for point in tube.reshape(-1, 2)} <= border
 
 
-def test_bounds_hold_everything(three_patches):
+def test_bounds_contain_all_patches(three_patches):
     low, high = three_patches.bounds
     assert (three_patches.taxel_points >= low).all()
     assert (three_patches.taxel_points <= high).all()
@@ -96,7 +96,7 @@ def test_mirrored_and_rotated_patch_is_inverted(three_patches):
     np.testing.assert_allclose(_on_body(moved, *back), _on_body(moved, *asked), atol=1e-12)
 
 
-def test_moving_patches_shares_all_that_is_slow(three_patches):
+def test_moving_patches_reuses_expensive_data(three_patches):
     assert three_patches.to_body(three_patches.taxel_points[0]) is not None
     known = [chart.locator for chart in three_patches.charts]
     moved = TactileMap(three_patches.skin, three_patches.charts, MapLayout((Placement(scale=0.5),) * 3))
@@ -111,7 +111,7 @@ def test_point_on_overlapping_patches_belongs_to_one_of_them(three_patches):
     np.testing.assert_allclose(heap.to_map_many(*heap.to_body_many(points)), points, atol=1e-12)
 
 
-def test_parts_that_do_not_belong_together_are_rejected(three_patches):
+def test_inconsistent_skin_charts_and_layout_are_rejected(three_patches):
     skin = three_patches.skin
     charts = three_patches.charts
     layout = three_patches.layout
@@ -121,7 +121,7 @@ def test_parts_that_do_not_belong_together_are_rejected(three_patches):
         TactileMap(skin, charts[::-1], layout)
 
 
-def test_a_map_point_is_taken_back_to_its_link(three_patches):
+def test_map_point_is_converted_to_its_link(three_patches):
     skin = three_patches.skin
     for taxel in range(0, len(skin), 7):
         place = back_project(three_patches, three_patches.taxel_points[taxel])

@@ -66,7 +66,7 @@ def test_damaged_file_is_named_with_a_remedy(copy):
 
 
 @pytest.mark.long
-def test_notes_of_a_recording_that_gave_way_to_another_are_refused(copy):
+def test_notes_of_a_replaced_recording_are_rejected(copy):
     began = RecordingPlayer(copy).began
     save_annotations(copy, SAID, of=began)
     assert RecordingPlayer(copy).annotations() == SAID
@@ -75,14 +75,14 @@ def test_notes_of_a_recording_that_gave_way_to_another_are_refused(copy):
         RecordingPlayer(copy).annotations()
 
 
-def test_one_mark_a_tick_and_one_episode_for_the_same_ticks():
+def test_each_tick_has_one_mark_and_each_range_one_episode():
     said = SAID.with_mark(Mark(60, "other")).with_episode(LabelledEpisode(60, 150, "push"))
     assert [mark.name for mark in said.marks] == ["other", "release"]
     assert [one.label for one in said.episodes] == ["push"]
     assert said.without_mark(Mark(60, "other")).without_episode(said.episodes[0]).marks == (Mark(150, "release"),)
 
 
-def test_a_part_has_its_part_of_them():
+def test_trimmed_part_contains_its_annotations():
     part = SAID.within(100, 150)
     assert part.marks == (Mark(150, "release"),)
     assert [(one.first, one.last) for one in part.episodes] == [(100, 150)]

@@ -134,7 +134,7 @@ def test_index_is_read_once_however_many_records_are_damaged():
 
 
 @pytest.mark.parametrize("topic", ["/input", "/event"])
-def test_copies_state_each_loss_of_their_source_once(recording, tmp_path, topic):
+def test_copies_list_each_loss_of_their_source_once(recording, tmp_path, topic):
     spans = chunk_spans(recording)
     number = [number for number in range(2, len(spans)) if topic in topics_in(recording, number)][-1]
     start, size = spans[number]
@@ -148,7 +148,7 @@ def test_copies_state_each_loss_of_their_source_once(recording, tmp_path, topic)
         assert RecordingPlayer(tmp_path / f"{copy}.mcap").damage == damage
 
 
-def test_further_losses_of_a_copy_replace_those_that_it_states():
+def test_new_losses_of_a_copy_replace_the_listed_ones():
     kind = DamageKind.EVENTS_MISSING
     stated = [RecordingDamage(kind, 1, 434, 441), RecordingDamage(kind, 2, 600, None), RecordingDamage(kind, 1, 10, 12)]
     same = [RecordingDamage(kind, 1, 0, 488), RecordingDamage(kind, 2, 590, 650)]
@@ -195,7 +195,7 @@ def test_verification_without_comparable_frames_is_not_identical(recording, tmp_
 @pytest.mark.parametrize(
     "machine", [{"cpu": "Abacus 1", "blas": "slowblas, kernel Beads"}, pytest.param({}, marks=pytest.mark.long)]
 )
-def test_a_difference_on_another_machine_names_both_and_its_size(recording, tmp_path, capsys, machine):
+def test_difference_on_another_machine_names_both_and_its_size(recording, tmp_path, capsys, machine):
     """A pressure of the last frame differs by a millionth of a kPa, as rounding may cause."""
     player = RecordingPlayer(recording)
     last = player.frame(len(player) - 1)
@@ -261,7 +261,7 @@ def test_reading_continues_at_the_next_chunk_after_a_wrong_length(recording, tmp
     assert of_kind(player.damage, DamageKind.UNREADABLE_CHUNK)
 
 
-def test_a_lost_beginning_and_a_lost_end_are_counted(recording, tmp_path):
+def test_missing_beginning_and_missing_end_are_counted(recording, tmp_path):
     spans = chunk_spans(recording)
     end = max(n for n in range(len(spans)) if ticks_in(recording, n))  # behind it there may be messages for viewers
     last = ticks_in(recording, end)
@@ -329,7 +329,7 @@ def test_recovered_file_states_the_losses_of_its_source(recording, tmp_path):
     assert again.damage == saved.damage
 
 
-def test_cut_file_is_reported_as_missing_its_end(recording, tmp_path):
+def test_truncated_file_is_reported_as_missing_its_end(recording, tmp_path):
     cut = tmp_path / "cut.mcap"
     cut.write_bytes(recording.read_bytes()[: int(0.98 * recording.stat().st_size)])
     player = RecordingPlayer(cut)
@@ -345,7 +345,7 @@ def attachment_spans(path):
 
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("place", ["empty", "magic", "header", "attachment", "between", "first chunk"])
-def test_file_cut_before_its_first_frame_is_reported_as_cut_off(recording, tmp_path, place):
+def test_file_truncated_before_its_first_frame_is_reported(recording, tmp_path, place):
     offset, length = attachment_spans(recording)[2]
     size = {
         "empty": 0,
@@ -366,7 +366,7 @@ def test_file_cut_before_its_first_frame_is_reported_as_cut_off(recording, tmp_p
     assert not target.exists()
 
 
-def test_incomplete_file_of_another_program_is_not_called_cut_off(recording, tmp_path):
+def test_incomplete_file_of_another_program_is_not_reported_as_truncated(recording, tmp_path):
     path = tmp_path / "other.mcap"
     with path.open("wb") as stream:
         writer = Writer(stream)
@@ -378,7 +378,7 @@ def test_incomplete_file_of_another_program_is_not_called_cut_off(recording, tmp
         RecordingPlayer(path)
 
 
-def test_bytes_after_the_end_are_counted_and_not_called_a_cut(recording, tmp_path, capsys):
+def test_bytes_after_the_end_are_counted_and_not_reported_as_truncation(recording, tmp_path, capsys):
     path = tmp_path / "more.mcap"
     clean = tmp_path / "clean.mcap"
     path.write_bytes(recording.read_bytes() + b"x" * 37)
@@ -393,7 +393,7 @@ def test_bytes_after_the_end_are_counted_and_not_called_a_cut(recording, tmp_pat
     assert RecordingPlayer(clean).complete, "nothing is lost in the copy"
 
 
-def test_file_that_is_being_recorded_is_not_called_cut_off(prepared, tmp_path, capsys):
+def test_file_being_recorded_is_not_reported_as_truncated(prepared, tmp_path, capsys):
     path = tmp_path / "now.mcap"
     session = Session(prepared)
     with Recorder(prepared, path) as recorder:
@@ -417,7 +417,7 @@ def test_file_that_is_being_recorded_is_not_called_cut_off(prepared, tmp_path, c
     assert [one.kind for one in RecordingPlayer(tmp_path / "part.mcap").damage] == [DamageKind.CUT_OFF]
 
 
-def test_words_say_how_many_where_and_how_long():
+def test_description_of_damage_states_count_position_and_duration():
     gap = RecordingDamage(DamageKind.FRAMES_MISSING, 6, 96, 101)
     assert damage_text(gap, 0.005) == "frames missing: 6, ticks 96 to 101 (0.03 s from 0.48 s on)"
     assert damage_text(replace(gap, count=1, last=96), 0.005) == "frames missing: 1, at tick 96 (0.48 s)"
@@ -427,7 +427,7 @@ def test_words_say_how_many_where_and_how_long():
 
 
 @pytest.mark.parametrize("kind", list(DamageKind))
-def test_every_kind_of_damage_has_words(kind):
+def test_every_kind_of_damage_has_a_description(kind):
     text = damage_text(RecordingDamage(kind, 3, 4, 5), 0.01)
     assert "{" not in text
     assert "ticks 4 to 5" in text
@@ -445,7 +445,7 @@ def test_every_kind_of_damage_has_words(kind):
         ([], [], 2, [(2, 0, None)]),
     ],
 )
-def test_lost_messages_are_located_where_bytes_could_not_be_read(numbers, holes, at_end, found):
+def test_lost_messages_are_located_at_unreadable_bytes(numbers, holes, at_end, found):
     columns = np.array(numbers, dtype=np.int64).reshape(-1, 2).T
     losses = find_losses(*columns, holes, at_end, DamageKind.INPUTS_MISSING)
     assert [(one.count, one.first, one.last) for one in losses] == found
@@ -459,7 +459,7 @@ def test_loss_at_the_end_is_known_from_written_inputs(numbers, written, count):
     assert lost_at_end(np.array(numbers), written) == count
 
 
-def test_topics_have_channels_even_where_their_declaration_is_lost(recording):
+def test_topics_have_channels_even_if_their_declaration_is_lost(recording):
     """They are declared in the first chunk: a file that lost it and its end is still read."""
     stream = io.BytesIO()
     writer = Writer(stream)

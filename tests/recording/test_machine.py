@@ -11,14 +11,14 @@ from tactile_maps.recording.machine import machine_facts
 from tactile_maps.recording.player import RecordingPlayer
 
 
-def test_a_recording_states_processor_and_blas(recording):
+def test_recording_states_processor_and_blas(recording):
     facts = machine_facts()
     assert facts.keys() == {"cpu", "blas"}
     assert all(facts.values())
     assert facts.items() <= RecordingPlayer(recording).versions.items()
 
 
-def test_the_kernel_in_use_is_named():
+def test_active_blas_kernel_is_named():
     """OpenBLAS can be made to use kernels of an older processor, on x86."""
     command = [
         sys.executable,

@@ -36,7 +36,7 @@ BALL = ObjectSpec("ball", "sphere", size=(0.05,))
 BALL_BODY = SceneObject(BALL, primitive_mesh(BALL))
 
 
-def test_recording_contains_everything(recording, prepared):
+def test_recording_contains_scene_robot_map_inputs_and_frames(recording, prepared):
     player = RecordingPlayer(recording)
     assert player.complete
     assert len(player) == 200
@@ -61,24 +61,24 @@ def test_chunk_with_a_wrong_checksum_is_rejected(recording):
     assert chunk_messages(spoiled, dict(contents.channels)) is None
 
 
-def test_frames_can_be_had_in_any_order(recording):
+def test_frames_can_be_read_in_any_order(recording):
     player = RecordingPlayer(recording)
     ticks = [player.frame(number).tick for number in (199, 0, 100, 1, 198)]
     assert ticks == [250, 51, 151, 52, 249]
 
 
-def test_times_are_found(recording):
+def test_frame_is_found_by_time(recording):
     player = RecordingPlayer(recording)
     assert [player.number_at(s) for s in (-1.0, 0.0, 0.0049, 0.005, 0.5, 99.0)] == [0, 0, 0, 1, 100, 199]
 
 
-def test_pokes_are_marked(recording):
+def test_poke_spans_are_within_the_recording(recording):
     spans = RecordingPlayer(recording).poke_spans()
     assert spans
     assert all(0 <= start <= end <= RecordingPlayer(recording).duration for start, end in spans)
 
 
-def test_other_tools_can_open_it(recording):
+def test_recording_can_be_opened_by_the_mcap_reader(recording):
     """The plain MCAP reader finds the channels, their schemas and the attachments."""
     with recording.open("rb") as stream:
         reader = make_reader(stream)
@@ -105,7 +105,7 @@ def test_cut_file_is_read_as_far_as_possible_or_rejected(recording, tmp_path, sh
 
 
 @pytest.mark.parametrize("seed", range(25))
-def test_damage_anywhere_is_refused_or_read_around(recording, tmp_path, seed):
+def test_file_damaged_anywhere_is_rejected_or_read_without_the_damaged_part(recording, tmp_path, seed):
     """Bytes overwritten at random: an error of ours or a shorter recording, never a crash."""
     data = bytearray(recording.read_bytes())
     chance = np.random.default_rng(seed)
@@ -122,7 +122,7 @@ def test_damage_anywhere_is_refused_or_read_around(recording, tmp_path, seed):
         return  # refused by name is as good as read around
 
 
-def test_a_chunk_that_claims_too_much_is_not_unpacked(recording):
+def test_chunk_with_an_excessive_size_is_not_unpacked(recording):
     contents = read_recording(recording)
     chunk = contents.chunk(0)
     plain = bytes(MAX_CHUNK + 1)
@@ -137,7 +137,7 @@ def test_a_chunk_that_claims_too_much_is_not_unpacked(recording):
         tracemalloc.stop()
 
 
-def test_messages_are_bounded_by_the_size_of_the_file(tmp_path):
+def test_number_of_messages_is_limited_by_the_file_size(tmp_path):
     """The smallest file that has too many: the limit is found from its size, and stated."""
     path = tmp_path / "many.mcap"
     for count, refused in ((50_000, True), (20_000, False)):
@@ -162,7 +162,7 @@ def test_messages_are_bounded_by_the_size_of_the_file(tmp_path):
             assert sum(map(len, contents.all_messages())) == count
 
 
-def test_a_file_changed_while_it_is_open_is_named(recording, prepared, tmp_path):
+def test_file_changed_while_open_is_named(recording, prepared, tmp_path):
     """Removed, shorter, or replaced by another recording of the same scene whose chunks are at the same places."""
     path = tmp_path / "open.mcap"
     data = recording.read_bytes()
@@ -200,18 +200,18 @@ def _with_member(robot, name: str, data: bytes) -> bytes:
 
 
 @pytest.mark.parametrize("name", ["../../etc/cron.d/x", "/etc/passwd", "assets/../../x", "a\\..\\b"])
-def test_a_robot_that_climbs_out_is_refused(prepared, name):
+def test_robot_archive_with_outside_paths_is_rejected(prepared, name):
     with pytest.raises(RecordingError, match="outside itself"):
         robot_from_zip(_with_member(prepared.robot, name, b"x"), file="x.mcap")
 
 
-def test_a_bomb_is_refused_before_it_is_unpacked(prepared, monkeypatch):
+def test_compression_bomb_is_rejected_before_unpacking(prepared, monkeypatch):
     monkeypatch.setattr("tactile_maps.session.bundle._MAX_UNPACKED", 50_000_000)
     with pytest.raises(RecordingError, match="implausible size"):
         robot_from_zip(_with_member(prepared.robot, "assets/zeros", bytes(60_000_000)), file="x.mcap")
 
 
-def test_a_pickled_mesh_is_refused(prepared):
+def test_pickled_mesh_is_rejected(prepared):
     buffer = io.BytesIO()
     np.save(buffer, np.array([{"code": 1}], dtype=object), allow_pickle=True)
     members = zipfile.ZipFile(io.BytesIO(robot_to_zip(prepared.robot)))
@@ -260,7 +260,7 @@ HEADER = json.loads(zipfile.ZipFile(io.BytesIO(robot_to_zip(bar()))).read("heade
         ),
     ],
 )
-def test_a_damaged_part_of_the_robot_is_refused_with_its_place(name, data, place):
+def test_damaged_robot_part_is_rejected_with_its_place(name, data, place):
     members = zipfile.ZipFile(io.BytesIO(robot_to_zip(bar())))
     assert name in members.namelist()
     rebuilt = io.BytesIO()
@@ -273,7 +273,7 @@ def test_a_damaged_part_of_the_robot_is_refused_with_its_place(name, data, place
     assert place in refused.value.place
 
 
-def test_a_mesh_that_was_missing_is_known_to_be_so_again(tmp_path):
+def test_missing_mesh_is_still_marked_as_missing(tmp_path):
     file = tmp_path / "lost.xml"
     file.write_text(
         '<mujoco><asset><mesh name="ball" file="ball.stl"/></asset><worldbody><body name="tip"><joint/>'
@@ -283,13 +283,13 @@ def test_a_mesh_that_was_missing_is_known_to_be_so_again(tmp_path):
     assert again.link("tip").missing == ("ball",)
 
 
-def test_a_robot_without_limits_reads_back():
+def test_robot_without_limits_is_restored():
     free = replace(bar(), joints=(Joint("hinge", float("-inf"), float("inf")),), findings=(Finding("a", "b", "c", 2),))
     again = robot_from_zip(robot_to_zip(free), file="x.mcap")
     assert (again.joints, again.findings, again.home.tolist()) == (free.joints, free.findings, free.home.tolist())
 
 
-def test_a_recording_of_another_format_is_named(tmp_path, monkeypatch, prepared):
+def test_recording_of_another_format_is_named(tmp_path, monkeypatch, prepared):
     monkeypatch.setattr("tactile_maps.recording.file.mcap_file.FORMAT", "5")
     old = tmp_path / "old.mcap"
     with Recorder(prepared, old) as recorder:
@@ -300,7 +300,7 @@ def test_a_recording_of_another_format_is_named(tmp_path, monkeypatch, prepared)
             opened(old)
 
 
-def test_objects_survive_the_round_trip_through_bytes():
+def test_objects_are_restored_from_bytes():
     (again,) = objects_from_bytes(objects_to_bytes([BALL_BODY]), [BALL])
     assert again.spec == BALL
     assert again.mesh.vertices.tobytes() == BALL_BODY.mesh.vertices.tobytes()
@@ -319,12 +319,12 @@ def test_objects_survive_the_round_trip_through_bytes():
         (pack_arrays({"names": ["ball"]}, {"vertices 0": np.zeros(4), "faces 0": np.zeros((0, 3))}), [BALL]),
     ],
 )
-def test_objects_of_another_scene_or_damaged_are_refused(data, specs):
+def test_damaged_objects_and_those_of_another_scene_are_rejected(data, specs):
     with pytest.raises(RecordingError):
         objects_from_bytes(data, specs)
 
 
-def test_the_effects_in_force_are_known_at_every_tick(recording):
+def test_active_effects_are_known_at_every_tick(recording):
     player = RecordingPlayer(recording)
     ((tick, act),) = [(tick, act) for tick, act in player.inputs if isinstance(act, EffectsChanged)]
     assert player.runtime_settings_at(tick - 1).effects == player.prepared.scene.effects

@@ -41,7 +41,7 @@ with Recorder(prepared, sys.argv[1]) as recorder:
 """
 
 
-def test_an_existing_file_is_never_overwritten_unasked(prepared, tmp_path):
+def test_existing_file_is_not_overwritten_without_request(prepared, tmp_path):
     path = tmp_path / "kept.mcap"
     path.write_bytes(b"precious")
     with pytest.raises(RecordingError, match="already exists"):
@@ -50,14 +50,14 @@ def test_an_existing_file_is_never_overwritten_unasked(prepared, tmp_path):
 
 
 @pytest.mark.parametrize("where", ["no/such/folder/x.mcap", "file.txt/x.mcap"])
-def test_a_place_that_cannot_be_written_is_named(prepared, tmp_path, where):
+def test_unwritable_path_is_named(prepared, tmp_path, where):
     (tmp_path / "file.txt").write_text("a file, not a folder")
     with pytest.raises(RecordingError, match=r"x\.mcap.*cannot be written.*folder"):
         Recorder(prepared, tmp_path / where)
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="this system has no /dev/full to simulate a full disk")
-def test_a_full_disk_is_named_at_the_start(prepared, tmp_path):
+def test_full_disk_is_reported_at_the_start(prepared, tmp_path):
     recorder = Recorder(prepared, tmp_path / "full.mcap")
     with Path("/dev/full").open("wb") as full:
         os.dup2(full.fileno(), recorder._stream.fileno())
@@ -68,7 +68,7 @@ def test_a_full_disk_is_named_at_the_start(prepared, tmp_path):
 
 
 @pytest.mark.long
-def test_a_disk_that_fills_up_keeps_what_was_written(tmp_path):
+def test_full_disk_keeps_the_written_part(tmp_path):
     """A file size limit replaces the full disk, in a separate process since the limit cannot be lifted."""
     path = tmp_path / "cut.mcap"
     code = (
@@ -94,7 +94,7 @@ def test_a_disk_that_fills_up_keeps_what_was_written(tmp_path):
 
 
 @pytest.mark.long
-def test_a_killed_process_loses_less_than_one_percent(tmp_path):
+def test_killed_process_loses_less_than_one_percent(tmp_path):
     """``kill -9`` while it records, after about 1500 frames."""
     path = tmp_path / "killed.mcap"
     process = subprocess.Popen([sys.executable, "-c", ENDLESS, path], cwd=ROOT, stdout=subprocess.PIPE, text=True)
@@ -118,7 +118,7 @@ def test_a_killed_process_loses_less_than_one_percent(tmp_path):
     assert fixed.frame(len(fixed) - 1).tick == saved.frames
 
 
-def test_ctrl_c_at_any_moment_loses_nothing(tmp_path):
+def test_interrupt_at_any_moment_loses_no_frame(tmp_path):
     prepared = prepared_bar()
     path = tmp_path / "x.mcap"
     times = 40
@@ -183,7 +183,7 @@ def until_it_stops(session, recorder) -> None:
 
 
 @pytest.mark.long
-def test_a_report_stops_again_at_the_same_tick_with_the_same_words(tmp_path):
+def test_replayed_report_fails_at_the_same_tick_with_the_same_message(tmp_path):
     session = stopped()
     path = save_failure_report(session, tmp_path / "report.mcap")
     player = RecordingPlayer(path)
@@ -196,7 +196,7 @@ def test_a_report_stops_again_at_the_same_tick_with_the_same_words(tmp_path):
 
 
 @pytest.mark.long
-def test_a_recording_of_the_whole_run_ends_so_too(tmp_path):
+def test_recording_of_the_whole_run_ends_with_the_failure(tmp_path):
     session = stopped(path=tmp_path / "run.mcap")
     outcome = verify(RecordingPlayer(tmp_path / "run.mcap"))
     assert (outcome.identical, outcome.frames) == (True, session.frame.tick)
@@ -204,14 +204,14 @@ def test_a_recording_of_the_whole_run_ends_so_too(tmp_path):
 
 
 @pytest.mark.long
-def test_a_recovered_report_still_stops(tmp_path):
+def test_recovered_report_fails_again(tmp_path):
     save_failure_report(stopped(), tmp_path / "report.mcap")
     recover(tmp_path / "report.mcap", tmp_path / "again.mcap")
     assert verify(RecordingPlayer(tmp_path / "again.mcap")).stopped
 
 
 @pytest.mark.parametrize("later", [-1, 1])
-def test_stopping_at_another_tick_is_noticed(tmp_path, later):
+def test_failure_at_another_tick_is_detected(tmp_path, later):
     save_failure_report(stopped(), tmp_path / "report.mcap")
     player = RecordingPlayer(tmp_path / "report.mcap")
     tick, error = player.failure
@@ -223,7 +223,7 @@ def test_stopping_at_another_tick_is_noticed(tmp_path, later):
 
 
 @pytest.mark.long
-def test_the_same_failure_in_other_words_is_the_same(tmp_path):
+def test_failure_with_another_message_counts_as_the_same(tmp_path):
     session = stopped(path=tmp_path / "run.mcap")
     player = RecordingPlayer(tmp_path / "run.mcap")
     tick, error = player.failure
@@ -234,7 +234,7 @@ def test_the_same_failure_in_other_words_is_the_same(tmp_path):
 
 @pytest.mark.long
 @pytest.mark.parametrize("other", [{"place": "joint elbow"}, {"value": "position 3"}, {"value": None}])
-def test_another_failure_is_noticed(tmp_path, other):
+def test_different_failure_is_detected(tmp_path, other):
     session = stopped(path=tmp_path / "run.mcap")
     player = RecordingPlayer(tmp_path / "run.mcap")
     tick, error = player.failure
@@ -245,7 +245,7 @@ def test_another_failure_is_noticed(tmp_path, other):
     assert outcome.first_difference == tick == session.failure.tick
 
 
-def test_a_stop_that_was_not_recorded_is_noticed(tmp_path):
+def test_unrecorded_failure_is_detected(tmp_path):
     stopped(path=tmp_path / "run.mcap")
     player = RecordingPlayer(tmp_path / "run.mcap")
     player.inputs = [item for item in player.inputs if item[0] == 0]
@@ -260,7 +260,7 @@ def test_running_session_has_no_failure(tmp_path):
 
 
 @pytest.mark.long
-def test_a_block_is_recorded_and_replays_bit_for_bit(prepared, tmp_path):
+def test_block_of_ticks_is_recorded_and_replays_bit_for_bit(prepared, tmp_path):
     session = Session(prepared, scripted=False)
     path = tmp_path / "block.mcap"
     session.run_for(0.02)

@@ -73,7 +73,7 @@ def names(folder: Path) -> list[str]:
 
 
 @pytest.mark.long
-def test_a_second_recorder_is_refused_until_the_first_is_killed(prepared, tmp_path):
+def test_second_recorder_is_rejected_until_the_first_is_killed(prepared, tmp_path):
     path = tmp_path / "touch.mcap"
     first = record_elsewhere(path, overwrite=False)
     try:
@@ -94,7 +94,7 @@ def test_a_second_recorder_is_refused_until_the_first_is_killed(prepared, tmp_pa
     assert open_recording(path).complete
 
 
-def test_two_recorders_of_one_process_are_refused_too(prepared, tmp_path):
+def test_second_recorder_of_the_same_process_is_rejected(prepared, tmp_path):
     path = tmp_path / "touch.mcap"
     session = Session(prepared)
     make_recording(prepared, path)
@@ -115,7 +115,7 @@ def test_new_recording_is_locked_while_it_is_written(tmp_path):
     assert locked
 
 
-def test_part_that_a_killed_recorder_left_stays(tmp_path):
+def test_partial_file_of_a_killed_recorder_is_kept(tmp_path):
     path = tmp_path / "touch.mcap"
     part = tmp_path / "touch.new.mcap"
     path.write_bytes(b"complete")
@@ -126,7 +126,7 @@ def test_part_that_a_killed_recorder_left_stays(tmp_path):
     assert part.read_bytes() == b"cut off"
 
 
-def test_looking_for_a_lock_does_not_keep_it(tmp_path):
+def test_checking_a_lock_does_not_hold_it(tmp_path):
     path = tmp_path / "touch.mcap"
     path.touch()
     with path.open("rb") as reader, path.open("r+b") as writer:
@@ -136,7 +136,7 @@ def test_looking_for_a_lock_does_not_keep_it(tmp_path):
 
 
 @pytest.mark.long
-def test_a_killed_recorder_leaves_the_old_recording_and_the_new_one(prepared, tmp_path):
+def test_killed_recorder_keeps_the_old_and_the_new_recording(prepared, tmp_path):
     path = tmp_path / "touch.mcap"
     old = make_recording(prepared, path)
     last = kill(record_elsewhere(path, overwrite=True))
@@ -190,7 +190,7 @@ def test_error_before_the_first_frame_or_of_a_new_recording_adds_no_note(prepare
 
 @pytest.mark.parametrize("exists", [True, False])
 @pytest.mark.parametrize("stop", [ValueError, KeyboardInterrupt])
-def test_a_recording_without_a_frame_is_removed(prepared, tmp_path, stop, exists):
+def test_recording_without_a_frame_is_removed(prepared, tmp_path, stop, exists):
     path = tmp_path / "touch.mcap"
     old = make_recording(prepared, path) if exists else None
     with pytest.raises(stop), Recorder(prepared, path, overwrite=True):
@@ -205,7 +205,7 @@ def record_for_ever(recorder: Recorder, session: Session) -> None:
 
 
 @pytest.mark.long
-def test_a_disk_that_fills_up_leaves_the_old_recording(prepared, tmp_path):
+def test_full_disk_keeps_the_old_recording(prepared, tmp_path):
     path = tmp_path / "touch.mcap"
     session = Session(prepared)
     old = make_recording(prepared, path)
@@ -227,7 +227,7 @@ def test_a_disk_that_fills_up_leaves_the_old_recording(prepared, tmp_path):
 
 
 @pytest.mark.parametrize("kind", special_kinds())
-def test_a_special_file_is_refused(prepared, tmp_path, kind):
+def test_special_file_is_rejected(prepared, tmp_path, kind):
     path = make_special_file(kind, tmp_path / "touch.mcap")
     with pytest.raises(RecordingError, match=f"not a regular file .found: a {kind}."):
         Recorder(prepared, path, overwrite=True)
@@ -236,7 +236,7 @@ def test_a_special_file_is_refused(prepared, tmp_path, kind):
 
 @pytest.mark.long
 @pytest.mark.parametrize("exists", [True, False])
-def test_a_symbolic_link_stays(prepared, tmp_path, exists):
+def test_symbolic_link_is_not_replaced(prepared, tmp_path, exists):
     (tmp_path / "files").mkdir()
     target = tmp_path / "files" / "a.mcap"
     link = tmp_path / "link.mcap"
@@ -251,7 +251,7 @@ def test_a_symbolic_link_stays(prepared, tmp_path, exists):
     assert names(tmp_path / "files") == ["a.mcap"]
 
 
-def test_a_recording_that_can_no_longer_take_its_name_is_kept_and_named(prepared, tmp_path):
+def test_recording_that_cannot_be_renamed_is_kept_and_reported(prepared, tmp_path):
     path = tmp_path / "touch.mcap"
     make_recording(prepared, path)
     recorder = Recorder(prepared, path, overwrite=True)
@@ -264,7 +264,7 @@ def test_a_recording_that_can_no_longer_take_its_name_is_kept_and_named(prepared
 
 
 @pytest.mark.long
-def test_the_longest_name_can_be_replaced(prepared, tmp_path):
+def test_file_with_the_longest_name_can_be_replaced(prepared, tmp_path):
     path = tmp_path / ("x" * 250 + ".mcap")
     make_recording(prepared, path)
     make_recording(prepared, path, overwrite=True)

@@ -32,7 +32,7 @@ def copy(recording, tmp_path):
 
 
 @pytest.mark.long
-def test_a_part_holds_its_frames_and_is_simulated_again(copy, tmp_path):
+def test_trimmed_part_contains_its_frames_and_can_be_simulated_again(copy, tmp_path):
     before = copy.read_bytes()
     whole = RecordingPlayer(copy)
     save_annotations(copy, Annotations(marks=(Mark(90, "in"), Mark(240, "out")), label="try"))
@@ -72,7 +72,7 @@ def test_trimmed_copy_of_a_damaged_recording_still_reports_missing_parts(copy, t
     assert not [one for one in RecordingPlayer(behind.file).damage if one.first is not None]
 
 
-def test_checksum_damage_stays_visible_in_the_part(copy, tmp_path, capsys):
+def test_checksum_damage_is_still_reported_in_the_part(copy, tmp_path, capsys):
     copy.write_bytes(with_checksum_damage(copy.read_bytes()))
     (damage,) = RecordingPlayer(copy).damage
     assert damage.kind is DamageKind.CHECKSUM
@@ -90,7 +90,7 @@ def test_checksum_damage_stays_visible_in_the_part(copy, tmp_path, capsys):
     assert row["damage"][0]["kind"] == "checksum"
 
 
-def test_episodes_become_files(copy, tmp_path):
+def test_each_episode_becomes_a_file(copy, tmp_path):
     with pytest.raises(RecordingError, match="no episode"):
         trim_episodes(RecordingPlayer(copy), tmp_path)
     episodes = (LabelledEpisode(60, 80, "a/b: press"), LabelledEpisode(81, 90, "..", "lift it"))

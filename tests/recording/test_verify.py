@@ -24,7 +24,7 @@ from tests.support.recordings import small_arm
 
 
 @pytest.mark.long
-def test_the_same_inputs_give_the_same_run(recording):
+def test_same_inputs_reproduce_the_run(recording):
     outcome = verify(RecordingPlayer(recording))
     assert outcome.frames == 200
     assert outcome.identical
@@ -56,7 +56,7 @@ def test_continued_recording_plays_the_script_unless_a_press_had_ended_it(tmp_pa
 
 
 @pytest.mark.long
-def test_an_input_that_is_missing_is_noticed(recording):
+def test_missing_input_is_detected(recording):
     player = RecordingPlayer(recording)
     kept = [(tick, act) for tick, act in player.inputs if not (isinstance(act, PokeReleased) and act.id == 1)]
     assert len(kept) == len(player.inputs) - 1
@@ -77,7 +77,7 @@ def with_stiffness(player, number, factor):
 @pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("factor", [1.001, 1 + 1e-9, 1 + 2.3e-16])
-def test_a_digit_of_a_fingers_stiffness_that_is_changed_is_noticed_at_once(recording, factor):
+def test_changed_digit_of_a_finger_stiffness_is_detected_at_its_tick(recording, factor):
     """Also in a finger that had let go before the first frame, and in the last bit."""
     player = RecordingPlayer(recording)
     presses = [number for number, (_, act) in enumerate(player.inputs) if isinstance(act, PokePressed)]
@@ -92,7 +92,7 @@ def test_a_digit_of_a_fingers_stiffness_that_is_changed_is_noticed_at_once(recor
 
 
 @pytest.mark.long
-def test_a_finger_that_never_acted_may_be_any(prepared, tmp_path):
+def test_finger_that_never_pressed_may_differ(prepared, tmp_path):
     """A finger that does not advance never pushes, so no frame depends on its spring and a change is not noticed."""
     session = Session(prepared, scripted=False)
     path = tmp_path / "still.mcap"
@@ -109,7 +109,7 @@ def test_a_finger_that_never_acted_may_be_any(prepared, tmp_path):
 
 
 @pytest.mark.long
-def test_values_that_are_not_numbers_are_compared_too(recording):
+def test_nan_values_are_compared(recording):
     """A frame whose limits were changed, its state being the same."""
     player = RecordingPlayer(recording)
     frame = player.frame(150)
@@ -143,7 +143,7 @@ def test_progress_may_cancel(recording):
 
 
 @pytest.mark.long
-def test_a_recovered_recording_still_verifies(recording, tmp_path):
+def test_recovered_recording_is_verified(recording, tmp_path):
     cut = tmp_path / "cut.mcap"
     data = recording.read_bytes()
     cut.write_bytes(data[: int(0.97 * len(data))])
@@ -153,7 +153,7 @@ def test_a_recovered_recording_still_verifies(recording, tmp_path):
     assert verify(RecordingPlayer(tmp_path / "fixed.mcap")).identical
 
 
-def test_recover_never_eats_its_source(recording, tmp_path):
+def test_recover_does_not_change_its_source(recording, tmp_path):
     with pytest.raises(RecordingError, match="into itself"):
         recover(recording, recording)
     taken = tmp_path / "taken.mcap"
@@ -163,7 +163,7 @@ def test_recover_never_eats_its_source(recording, tmp_path):
     assert taken.read_text() == "mine"
 
 
-def test_an_edit_of_the_map_is_replayed_where_it_happened(recording):
+def test_map_edit_is_replayed_at_its_tick(recording):
     player = RecordingPlayer(recording)
     ((tick, act),) = [(tick, act) for tick, act in player.inputs if isinstance(act, MapEdited)]
     assert player.runtime_settings_at(tick - 1).map is player.prepared.map
@@ -173,7 +173,7 @@ def test_an_edit_of_the_map_is_replayed_where_it_happened(recording):
 
 
 @pytest.mark.long
-def test_a_session_on_an_edited_map_starts_on_it_again(prepared, tmp_path):
+def test_session_started_on_an_edited_map_is_replayed_on_it(prepared, tmp_path):
     session = Session(prepared)
     edited = rotate(MapDocument.of(prepared.map), [0, 1], 1.0).map
     session.submit(MapEdited("Rotate", edited))
@@ -192,7 +192,7 @@ def test_a_session_on_an_edited_map_starts_on_it_again(prepared, tmp_path):
 
 
 @pytest.mark.long
-def test_a_rest_posture_that_moved_is_run_again_bit_for_bit(tmp_path):
+def test_moved_rest_posture_is_reproduced_bit_for_bit(tmp_path):
     session = Session(forearm())
     path = tmp_path / "rest.mcap"
     with record(session, path):

@@ -35,7 +35,7 @@ def test_poses_agree_with_geometry(configuration):
 
 
 @pytest.mark.parametrize("posture", [[0.0, 0.0], [], [np.nan]])
-def test_invalid_posture_is_rejected_and_changes_nothing(configuration, posture):
+def test_invalid_posture_is_rejected_without_changes(configuration, posture):
     before = configuration.poses()
     with pytest.raises(RobotError, match="1 finite numbers"):
         configuration.update(np.array(posture))

@@ -33,7 +33,7 @@ def test_icub_has_torso_and_left_arm_with_their_names():
 @pytest.mark.long
 @pytest.mark.robots
 @needs_icub
-def test_whole_icub_has_both_sides_and_stands():
+def test_whole_icub_has_both_sides_and_is_above_the_ground():
     robot = load_robot("icub_whole")
     assert (robot.name, robot.source, len(robot.joints)) == ("icub_whole", "icub_whole", 32)
     for side in "lr":

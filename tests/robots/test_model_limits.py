@@ -71,7 +71,7 @@ def test_lift_moves_no_faster_than_its_model_allows(controller, tmp_path):
 
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("controller", ["admittance", "qp"])
-def test_lift_that_is_too_weak_yields_and_is_named(controller, tmp_path):
+def test_lift_that_is_too_weak_yields_and_is_reported(controller, tmp_path):
     speeds, kinds = pressed(controller, 'forcerange="-2 2"', tmp_path)
     assert np.abs(speeds).max() > 0.09
     assert LimitKind.TORQUE_LIMIT in kinds

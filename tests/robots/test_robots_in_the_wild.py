@@ -46,7 +46,7 @@ REFUSED = (
 
 @pytest.mark.long
 @pytest.mark.skipif(not FOLDER.is_dir(), reason="TACTILE_MAPS_ROBOTS names no folder of unpacked wheels")
-def test_published_robots_open_or_are_refused_by_name(call_all):
+def test_published_robots_open_or_are_rejected_by_name(call_all):
     models = sorted({path for pattern in LOADED for path in FOLDER.glob(f"*/**/{pattern}")})
     models = [path for path in models if "objects" not in path.parts]
     assert len(models) > 100

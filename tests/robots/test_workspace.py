@@ -19,13 +19,13 @@ def test_reach_is_the_length_of_a_straight_limb(name, length, tmp_path):
 
 
 @pytest.mark.long
-def test_inertia_ratio_is_that_of_the_mass_matrix():
+def test_inertia_ratio_follows_from_the_mass_matrix():
     robot = load_robot("arm")
     inertia = np.diagonal(Configuration(robot).mass_matrix())
     assert inertia_ratio(robot) == pytest.approx(inertia.max() / inertia.min())
 
 
-def test_robot_without_joints_has_neither(tmp_path):
+def test_robot_without_joints_has_no_reach_and_no_inertia_ratio(tmp_path):
     path = tmp_path / "fixed.xml"
     path.write_text('<mujoco><worldbody><body name="b"><geom size="0.1"/></body></worldbody></mujoco>')
     robot = load_robot(path)

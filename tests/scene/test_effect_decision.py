@@ -233,7 +233,7 @@ def test_scene_without_user_and_script_has_no_fingers(needs):
 
 
 @pytest.mark.parametrize("key", ["fingers", "joint_limits"])
-def test_reason_names_what_is_not_known_beforehand(key):
+def test_reason_mentions_what_is_unknown_in_advance(key):
     assert "not known beforehand" in rows_of(decide_effects(Needs(), {}))[key].why
     assert "not known beforehand" in rows_of(decide_effects(Needs(objects=(WALL,)), {}))["friction"].why
 

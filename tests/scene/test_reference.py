@@ -101,7 +101,7 @@ def _value(text: str) -> object:
 
 
 @pytest.mark.parametrize(("title", "kind"), KINDS_BY_TABLE)
-def test_the_stated_defaults_are_those_of_the_code(title, kind):
+def test_stated_defaults_match_the_code(title, kind):
     (table,) = tables(section(title))
     stated = {key: value for row in table for key, value in stated_defaults(row).items()}
     made = {field.name: field.default for field in fields(kind) if field.default is not MISSING}
@@ -110,7 +110,7 @@ def test_the_stated_defaults_are_those_of_the_code(title, kind):
     assert len(stated) >= len(made) // 3
 
 
-def test_the_top_lists_its_keys_and_every_table():
+def test_top_level_lists_its_keys_and_every_table():
     (table,) = tables(REFERENCE.partition("\n## ")[0])
     listed = keys(table)
     assert sorted(key for key in listed if "[" not in key) == sorted(scene_file._PLAIN)
@@ -126,7 +126,7 @@ def test_stimuli_list_each_kind_with_its_keys():
         assert {key for key in listed if "[" not in key} == own, kind
 
 
-def test_the_effects_are_listed_with_their_choices_and_numbers():
+def test_effects_are_listed_with_their_choices_and_numbers():
     physics, sensor = tables(section("Effects"))
     assert sorted(keys(physics)) == sorted(set(EFFECTS) - set(SENSOR_KEYS))
     assert sorted(keys(sensor)) == sorted(SENSOR_KEYS)
@@ -153,7 +153,7 @@ CHOICES_BY_KEY = {
 
 
 @pytest.mark.parametrize("title", CHOICES_BY_KEY)
-def test_the_choices_are_listed(title):
+def test_choices_are_listed(title):
     (table,) = tables(section(title))
     listed = {word: words(row[1]) for row in table for word in words(row[0])}
     for key, choices in CHOICES_BY_KEY[title].items():
@@ -188,7 +188,7 @@ def test_table_of_contact_models_lists_depth_and_outputs():
 
 
 @pytest.mark.parametrize("height", [-0.3, 0.0, 0.2])
-def test_a_skin_alone_is_at_the_stated_height(height, tmp_path):
+def test_skin_without_robot_is_at_the_stated_height(height, tmp_path):
     taxels = tmp_path / "pad.csv"
     steps = (0.02, 0.03, 0.04, 0.05)
     rows = [f"{x},{y},{height},0,0,1" for x in steps for y in steps]

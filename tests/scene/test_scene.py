@@ -18,12 +18,12 @@ SCENE = Scene(name="s", robot="arm")
 BALL = ObjectSpec("ball", "sphere", size=(0.1,))
 
 
-def test_number_of_steps_in_a_tick():
+def test_tick_contains_the_stated_number_of_steps():
     assert whole_steps(SCENE.tick, SCENE.effects.timestep) == 5
     assert whole_steps(SCENE.tick, replace(SCENE, overrides={"timestep": 0.0001}).effects.timestep) == 50
 
 
-def test_time_step_that_does_not_divide_the_tick_is_rejected_with_one_that_does():
+def test_time_step_that_does_not_divide_the_tick_is_rejected_with_a_valid_one():
     with pytest.raises(SceneError, match=r"time step 0\.003 s in a tick of 0\.005 s.*time step of 0\.0025 s .tick / 2"):
         replace(SCENE, tick=0.005, overrides={"timestep": 0.003})
     replace(SCENE, tick=0.005, overrides={"timestep": 0.0025})

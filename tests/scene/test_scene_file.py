@@ -160,7 +160,7 @@ def test_every_field_is_written_and_read():
         ("robot = 'arm'\nseed = -1", "line 2, seed.*out of range.*-1"),
     ],
 )
-def test_mistake_is_named_with_its_line(text, words):
+def test_invalid_entry_is_reported_with_its_line(text, words):
     with pytest.raises(SceneError, match=rf"(?s)^my file.*{words}") as caught:
         scene_from_toml(text, name="s", file="my file")
     assert "\n" not in str(caught.value)
@@ -247,7 +247,7 @@ def test_grid_replaces_the_cover_of_its_link():
     assert on_taxels.cover.links == ("hand",)  # there, it says which link carries the file's taxels
 
 
-def test_link_is_covered_and_cleared_without_a_change_of_the_other_covers():
+def test_covering_and_clearing_a_link_does_not_change_other_covers():
     scene = Scene("rods", "arm", cover=CoverSpec(("forearm", "hand"), taxels=90), stimuli=(Stroke(patch="hand 2"),))
     more = with_link(scene, CoverSpec(("wrist",), taxels=9))
     assert more == replace(scene, more_covers=(CoverSpec(("wrist",), taxels=9),))
@@ -260,7 +260,7 @@ def test_link_is_covered_and_cleared_without_a_change_of_the_other_covers():
     assert (alone.cover, alone.more_covers) == (CoverSpec(("wrist",), taxels=9), ())
 
 
-def test_automatic_cover_names_its_links_once_one_is_cleared():
+def test_automatic_cover_lists_its_links_after_one_is_cleared():
     scene = scene_for("/somewhere/my_robot.urdf")
     less = without_link(scene, "a", ("b", "a", "a"))
     assert (less.cover.links, less.cover.bare) == (("b", "a"), ("a",))
@@ -282,7 +282,7 @@ def test_invalid_further_cover_is_rejected():
         ("link = 'hand'\nrows = 2\ncolumns = 3\nfirst = [0, 0, 0]\nlast = [0, 0, 1]\naspect = 99", "grids.aspect"),
     ],
 )
-def test_mistake_in_a_grid_is_named_with_its_line(lines, problem):
+def test_invalid_entry_of_a_grid_is_reported_with_its_line(lines, problem):
     with pytest.raises(SceneError, match=problem):
         scene_from_toml(f"robot = 'arm'\n[[grids]]\n{lines}", name="n")
 

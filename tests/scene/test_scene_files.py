@@ -128,7 +128,7 @@ def test_scene_with_a_part_removed_is_read_or_rejected(start, length, instead):
     check(TEXT[:start] + instead + TEXT[start + length :])
 
 
-def test_unchanged_text_is_a_scene():
+def test_unchanged_text_is_read_as_a_scene():
     assert isinstance(scene_from_toml(TEXT, name="s"), Scene)
 
 

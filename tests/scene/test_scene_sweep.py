@@ -62,7 +62,7 @@ def test_draws_are_in_range_and_depend_only_on_number_key_and_seed(read):
         ),
     ],
 )
-def test_mistake_is_named_with_its_place(read, text, words):
+def test_invalid_entry_is_reported_with_its_place(read, text, words):
     with pytest.raises(SceneError, match=words):
         read(text)
 

@@ -113,7 +113,7 @@ def test_held_contact_keeps_its_force_and_the_arm_returns_home(prepared):
 
 
 @pytest.mark.long
-def test_impedance_yields_and_returns(prepared):
+def test_impedance_controller_yields_and_returns(prepared):
     session = Session(prepared)
     moved = displacement(prepared, run(session, 400, {0: [pressed(prepared)]})[-1])
     assert moved > 1e-3
@@ -161,7 +161,7 @@ def body(name: str, of: str, frame) -> np.ndarray:
     return frame.objects[number][:3, 3]
 
 
-def test_nine_scenes_have_different_effects():
+def test_shipped_scenes_have_distinct_effects():
     assert set(OURS) < set(scene_names())
     effects = [load_scene(name).effects for name in OURS]
     assert all(one != other for number, one in enumerate(effects) for other in effects[:number])
@@ -181,7 +181,7 @@ def test_view_follows_its_motion_exactly_without_touch():
 
 
 @pytest.mark.long
-def test_poke_is_one_contact_with_its_force():
+def test_poke_gives_one_contact_with_its_force():
     shown = frames("poke", 3.0)
     held = [frame for frame in shown if 1.0 < frame.time < 1.9]
     assert all(len(frame.regions) == len(frame.pokes) == 1 for frame in held)
@@ -250,7 +250,7 @@ def test_push_box_moves_the_box_and_the_hand_measures_it():
 
 
 @pytest.mark.long
-def test_crowded_pushes_some_of_sixteen_objects():
+def test_scene_crowded_pushes_some_of_sixteen_objects():
     shown = frames("crowded", 7.0)
     moved = np.linalg.norm((shown[-1].objects - shown[0].objects)[:, :3, 3], axis=1)
     masses = np.array([spec.mass for spec in prepared_scene("crowded").scene.objects])
@@ -261,7 +261,7 @@ def test_crowded_pushes_some_of_sixteen_objects():
 
 
 @pytest.mark.long
-def test_noisy_has_readings_of_low_cost_electronics():
+def test_scene_noisy_has_readings_of_low_cost_electronics():
     ready = prepared_scene("noisy")
     shown = frames("noisy", 4.0)
     ideal = Session(replace(ready, scene=replace(ready.scene, outputs=("pressure",), overrides={})))
@@ -277,7 +277,7 @@ def test_noisy_has_readings_of_low_cost_electronics():
 
 
 @pytest.mark.long
-def test_force_of_noisy_is_near_the_force_that_presses():
+def test_measured_force_in_scene_noisy_is_near_the_applied_force():
     """The test has half as many taxels as the scene, so pads cover a third of the skin instead of two thirds."""
     pressed = [(sum(poke.force for poke in frame.pokes), frame.regions) for frame in frames("noisy", 4.0)]
     held = [(force, regions[0]) for force, regions in pressed if force > 3.5 and regions]
@@ -288,7 +288,7 @@ def test_force_of_noisy_is_near_the_force_that_presses():
 
 
 @pytest.mark.long
-def test_full_has_all_effects_and_self_contact():
+def test_scene_full_has_all_effects_and_self_contact():
     off = {row.name for row in prepared_scene("full").scene.decision.rows if not row.on}
     assert off == {"shear", "misorientation", "axis_crosstalk"}, "its taxels have one axis"
     shown = frames("full", 7.0)

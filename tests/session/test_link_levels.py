@@ -71,7 +71,7 @@ def test_levels_are_cached_but_do_not_count_as_scenes(robot, monkeypatch):
 
 
 @pytest.mark.long
-def test_damaged_levels_are_made_again(robot, folder):
+def test_damaged_levels_are_computed_again(robot, folder):
     link_levels_cached(robot)
     (path,) = folder.iterdir()
     path.write_bytes(path.read_bytes()[:-40])

@@ -18,7 +18,7 @@ from tests.support.touch import pair
 
 @pytest.mark.long
 @pytest.mark.parametrize("kind", SIZES)
-def test_distance_of_an_object_is_that_of_the_physics(kind):
+def test_distance_of_an_object_matches_the_physics(kind):
     robot, skin = pair()
     far = (0.0, 0.0, -0.1) if kind == "plane" else (-0.2, 0.02, 0.01)
     each = thing(kind, at=far, turn=(0.0, 0.0, 0.0) if kind == "plane" else (20.0, 30.0, 0.0))

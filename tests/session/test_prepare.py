@@ -108,7 +108,7 @@ def test_missing_robot_link_or_file_is_named(scene):
         ),
     ],
 )
-def test_mistake_in_a_scene_file_is_named_with_its_line(tmp_path, lines, words):
+def test_invalid_entry_of_a_scene_file_is_reported_with_its_line(tmp_path, lines, words):
     path = tmp_path / "own.toml"
     path.write_text(f"# my own\n{lines}\n")
     with pytest.raises(SceneError, match=f"own.toml, {words}"):
@@ -136,7 +136,7 @@ def test_unknown_patch_of_a_stimulus_is_named_with_its_line(tmp_path):
         (["start = [0.5, 0.2]", "end = [9, 9, 9]"], "line 5, stimuli.end: this place is not on the skin"),
     ],
 )
-def test_mistake_of_a_stimulus_is_located_at_its_key(tmp_path, lines, said):
+def test_invalid_stimulus_is_located_at_its_key(tmp_path, lines, said):
     path = tmp_path / "own.toml"
     kind = {"p": "path", "a": "poke", "s": "stroke"}[lines[0][0]]
     path.write_text("\n".join(["robot = 'arm'", "[[stimuli]]", f"kind = '{kind}'", *lines, ""]))
@@ -175,7 +175,7 @@ def test_valid_scene_opens(tmp_path):
 @pytest.mark.parametrize(
     ("objects", "kinds"), [((), []), ((ObjectSpec("ball", "sphere", (0.01,)),), ["bare-part-open"])]
 )
-def test_shapes_that_leave_parts_out_are_reported_where_something_may_touch_them(objects, kinds):
+def test_shapes_that_omit_touchable_parts_are_reported(objects, kinds):
     """The mesh of the link has no area to wrap, so that only its skin, a bowl, collides."""
     robot, skin = hollow("bowl")
     degenerate = Mesh(np.zeros((3, 3)), np.array([[0, 1, 2]]))

@@ -86,7 +86,7 @@ def test_cached_scene_equals_a_newly_prepared_one():
 
 
 @pytest.mark.long
-def test_objects_are_those_of_the_requested_scene(bar):
+def test_cached_scene_has_the_objects_of_the_requested_scene(bar):
     prepare_cached(bar)
     other = replace(bar, name="other", objects=(ObjectSpec("ball", "sphere", size=(0.05,), mass=1.0),))
     kept = find_prepared(other)
@@ -163,7 +163,7 @@ def test_robot_with_a_missing_mesh_is_not_cached(bar, folder):
     assert cache_content().entries == 1
 
 
-def test_robot_with_a_left_out_mesh_is_not_cached(bar, folder):
+def test_robot_with_an_omitted_mesh_is_not_cached(bar, folder):
     model = Path(bar.robot)
     model.with_name("bar.obj").unlink()
     model.write_text(BAR.replace("</body>", '<geom type="box" size=".1 .1 .1"/></body>'))

@@ -6,7 +6,7 @@ from tactile_maps.session import program_digest as module
 from tactile_maps.session.program_digest import program_digest
 
 
-def test_digest_changes_with_every_module_that_counts(tmp_path, monkeypatch):
+def test_digest_changes_with_every_relevant_module(tmp_path, monkeypatch):
     for name in ("core/a.py", "cli/b.py"):
         (tmp_path / name).parent.mkdir()
         (tmp_path / name).write_text("1")

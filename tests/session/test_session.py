@@ -130,7 +130,7 @@ def test_reset_repeats_the_run_with_the_current_settings():
 
 
 @pytest.mark.parametrize("ignored", [PokeReleased(3), PokeMoved(3, AT)])
-def test_moving_or_releasing_a_finger_that_is_not_down_has_no_effect(ignored):
+def test_moving_or_releasing_a_lifted_finger_has_no_effect(ignored):
     assert same(run(Session(BAR), 1, {0: [ignored]})[0], Session(BAR).tick())
 
 
@@ -225,7 +225,7 @@ RAW = np.where(np.arange(60) == 7, np.nan, np.arange(60.0))
 SENT = MeasuredValues(RAW, "counts", 12.5, 3, ReadingUnits.COUNTS)
 
 
-def test_values_of_a_real_skin_survive_encoding():
+def test_values_of_a_real_skin_are_restored_from_their_encoding():
     frame = Session(BAR).frame
     assert (frame.units, decode_frame(encode_frame(frame), BAR).measured) == (ReadingUnits.CALIBRATED, None)
     back = decode_frame(encode_frame(replace(frame, measured=SENT)), BAR)
@@ -257,7 +257,7 @@ def diverging() -> Session:
     return session
 
 
-def test_diverged_session_keeps_what_reproduces_the_failure_until_a_reset():
+def test_diverged_session_keeps_the_inputs_of_the_failure_until_a_reset():
     session = diverging()
     failure = session.failure
     assert failure.frame is session.frame

@@ -225,7 +225,7 @@ def pressed_session(**options) -> Session:
 
 
 @pytest.mark.long
-def test_behaviour_holds_until_the_release():
+def test_behaviour_applies_until_the_release():
     session = pressed_session()
     run(session, 100, {0: [PokeReleased(1)]})
     assert session.settings.force_goal == ControlSettings().force_goal

@@ -98,7 +98,7 @@ def test_time_equals_the_simulated_time(soak):
 
 
 @pytest.mark.long
-def test_rounds_of_four_minutes_end_alike(soak):
+def test_repeated_four_minute_rounds_end_in_the_same_state(soak):
     """Gains and effects are the same again after four minutes, and so is the weight's height."""
     assert np.ptp(soak.heights) > 0.01, "the gains matter"
     assert soak.heights[8:] == pytest.approx(soak.heights[4:-4], abs=1e-5)

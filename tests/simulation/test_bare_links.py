@@ -86,7 +86,7 @@ def test_body_stays_on_a_bare_link_below_the_friction_angle(friction, integrator
 
 @pytest.mark.parametrize("integrator", STEPS)
 @pytest.mark.parametrize("friction", [0.2, 0.5])
-def test_body_slides_on_a_bare_link_with_its_own_coefficient(friction, integrator):
+def test_body_slides_on_a_bare_link_with_its_own_friction_coefficient(friction, integrator):
     """The coefficient of the link, MuJoCo's default of 1 or that of the model, does not count then."""
     slope = np.arctan(friction) + np.radians(5.0)
     for geom in ("", 'friction="0.8 0.005 0.0001"'):

@@ -100,11 +100,11 @@ def test_all_steps_without_effects_are_one_call_of_mujoco(calls):
     assert run(BARE, calls) == {"mj_step": 1, "mj_getState": 1, "mju_dot": 1}
 
 
-def test_objects_that_take_no_part_add_no_call(calls):
+def test_inactive_objects_add_no_call(calls):
     assert run(Effects(), calls, things=every_kind()) == run(BARE, calls)
 
 
-def test_contact_is_read_once_a_reading_and_only_glanced_at_after_each_step(calls):
+def test_contacts_are_read_once_per_reading_and_only_checked_after_each_step(calls):
     """After a step two dot products, of speeds and of forces, and one more a reading; nothing between its halves."""
     made = run(Effects(contact="environment"), calls, things=(thing("box", at=(5.0, 0.0, 0.0)),))
     dots = made.pop("mju_dot")
@@ -122,7 +122,7 @@ def test_hooks_are_called_between_steps(calls):
     assert bare["mj_step1"] == 0
 
 
-def test_a_lifted_finger_leaves_no_call(calls):
+def test_lifted_finger_adds_no_call(calls):
     robot = bar()
     simulation = Simulation(robot, bar_skin(), Effects())
     command = hold(robot, 5.0, 0.5)
@@ -135,7 +135,7 @@ def test_a_lifted_finger_leaves_no_call(calls):
     assert calls == {"mj_step": 1, "mj_getState": 1, "mju_dot": 1}
 
 
-def test_gains_are_written_when_the_command_changes_and_only_then():
+def test_gains_are_written_only_when_the_command_changes():
     robot = bar()
     simulation = Simulation(robot, bar_skin(), BARE)
     command = hold(robot, 5.0, 0.5)
@@ -150,7 +150,7 @@ def test_gains_are_written_when_the_command_changes_and_only_then():
 
 
 @pytest.mark.parametrize("integrator", ["implicitfast", "discrete", "euler", "implicit"])
-def test_a_finger_that_pushes_nothing_changes_no_step(integrator):
+def test_finger_without_force_does_not_change_the_motion(integrator):
     effects = Effects(gravity="on", integrator=integrator)
     free = Simulation(bar(), bar_skin(), effects)
     touched = Simulation(bar(), bar_skin(), effects)
@@ -267,7 +267,7 @@ def dragged(
 @pytest.mark.parametrize("stiffness", [2e3, 2e4, 2e5])
 @pytest.mark.parametrize("friction", [0.2, 0.5, 1.0])
 @pytest.mark.parametrize("speed", [0.03, 0.1])
-def test_ten_newtons_are_held_while_sliding(stiffness, friction, speed):
+def test_force_of_ten_newtons_is_kept_while_sliding(stiffness, friction, speed):
     normal, tangent = dragged(friction, speed, stiffness)
     assert len(normal) > 500
     assert (normal > 0).all(), "never lost"
@@ -288,7 +288,7 @@ def test_sliding_body_has_coulomb_friction(friction, speed):
 @pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("integrator", ["discrete", "euler", "implicit"])
-def test_friction_with_every_integrator(integrator):
+def test_sliding_friction_is_correct_with_every_integrator(integrator):
     for speed in (0.1, 0.2):
         normal, tangent = dragged(0.5, speed, 2e4, integrator=integrator)
         assert np.abs(normal - FORCE).max() < 0.03 * FORCE
@@ -359,7 +359,7 @@ def measured(simulation: Simulation) -> tuple[float, float]:
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("taxel", STIFFNESS_TAXELS)
 @pytest.mark.parametrize("kind", ["probe", "sphere", "box", "cylinder", "mesh", "plate"])
-def test_a_contact_measures_what_the_layer_states(kind, taxel):
+def test_measured_contact_stiffness_is_that_of_the_cover(kind, taxel):
     for turned, stiffness in ((0.0, 2e4), (0.3, 5e4), (-0.4, 5e3)):
         deep = 5e-3 if kind in ("probe", "plate") else 5e-4
         force, found = measured(pressed(kind, taxel, turned, deep, ElasticLayer(stiffness=stiffness)))
@@ -369,7 +369,7 @@ def test_a_contact_measures_what_the_layer_states(kind, taxel):
 
 @pytest.mark.long
 @pytest.mark.parametrize("integrator", ["implicitfast", "discrete", "euler", "implicit"])
-def test_contact_stiffness_with_every_integrator(integrator):
+def test_contact_stiffness_is_correct_with_every_integrator(integrator):
     for friction in (False, True):
         how = {"held": 200.0, "seconds": 5.0, "integrator": integrator, "friction": friction}
         assert measured(pressed("sphere", 150, 0.2, 5e-4, ElasticLayer(stiffness=2e4), **how))[1] == pytest.approx(
@@ -380,7 +380,7 @@ def test_contact_stiffness_with_every_integrator(integrator):
 @pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("held", [200.0, 2000.0, 20000.0])
-def test_an_implicit_integrator_is_as_stiff_however_stiff_the_joints_are(held):
+def test_contact_stiffness_with_implicit_integration_does_not_depend_on_joint_stiffness(held):
     """``discrete`` weighs bodies with their servos: without care the contact would be up to seven times as stiff."""
     run = pressed("sphere", 150, 0.2, 5e-4, ElasticLayer(stiffness=2e4), held=held, integrator="discrete")
     assert measured(run)[1] == pytest.approx(2e4, rel=0.01)

@@ -35,7 +35,7 @@ def resting(kind: str, *, deep: float = 2e-4, **said) -> Simulation:
 @pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("kind", ["sphere", "box", "cylinder", "mesh"])
-def test_the_force_is_what_holds_the_bar(kind):
+def test_contact_force_balances_the_joint_torque(kind):
     simulation = resting(kind)
     (load,) = simulation._physics.loads()
     spring = 5000.0 * simulation.posture[0]
@@ -46,7 +46,7 @@ def test_the_force_is_what_holds_the_bar(kind):
     assert load.point[2] == pytest.approx(0.02, abs=1e-3)
 
 
-def test_the_shape_is_where_the_body_is():
+def test_load_shape_is_at_the_pose_of_the_body():
     simulation = resting("sphere")
     (load,) = simulation._physics.loads()
     assert load.shape == Sphere(0.02)
@@ -59,7 +59,7 @@ def test_the_shape_is_where_the_body_is():
 
 
 @pytest.mark.long
-def test_two_links_that_touch_both_feel_the_force_between_them():
+def test_both_links_in_contact_have_the_force_between_them():
     robot, skin = pair()
     simulation = Simulation(robot, skin, Effects(contact="self"))
     simulation.step(3000, replace(hold(robot, 0.0, 40.0), torque=np.array([7.0])))
@@ -74,7 +74,7 @@ def test_two_links_that_touch_both_feel_the_force_between_them():
     assert {left.link, right.link} == {"left", "right"}
 
 
-def test_two_things_on_one_link_are_two_loads():
+def test_two_bodies_on_one_link_are_two_loads():
     one, other = (thing("sphere", name=name, at=(x, 0.0, 0.0395)) for name, x in (("one", 0.15), ("other", 0.3)))
     simulation = Simulation(bar(), bar_skin(), WORLD, objects=(one, other))
     simulation.step(2000, hold(bar(), 5000.0, 100.0))
@@ -113,7 +113,7 @@ def held(simulation: Simulation) -> float:
     ids=["solver", "friction", "depth", "foundation"],
 )
 @pytest.mark.parametrize("count", [1, 2])
-def test_its_torque_about_the_hinge_is_what_the_joint_holds(effects, count):
+def test_wrench_torque_about_the_hinge_equals_the_joint_torque(effects, count):
     simulation = pressed(effects, count=count, steps=round(3 / effects.timestep))
     wrench = simulation.wrenches()["bar"]
     assert abs(held(simulation)) > 1e-4
@@ -121,7 +121,7 @@ def test_its_torque_about_the_hinge_is_what_the_joint_holds(effects, count):
     assert wrench[2] < -1e-3, "pressed from above"
 
 
-def test_a_link_in_motion_feels_it_where_it_was_when_it_touched():
+def test_load_on_a_moving_link_is_at_its_pose_of_contact():
     ball = thing("sphere", at=(0.3, 0.0, 0.04 - 2e-3))
     simulation = Simulation(bar(), bar_skin(), WORLD, objects=(ball,))
     simulation.step(4, no_command(bar()))
@@ -131,7 +131,7 @@ def test_a_link_in_motion_feels_it_where_it_was_when_it_touched():
     assert simulation.wrenches()["bar"] == pytest.approx(expected, rel=1e-9, abs=1e-9)
 
 
-def test_push_includes_its_torque():
+def test_load_includes_its_torque():
     model = mujoco.MjModel.from_xml_string(
         "<mujoco><worldbody><body name='bar' pos='1 0 0'><geom size='1'/></body></worldbody></mujoco>"
     )
@@ -170,7 +170,7 @@ def test_wrench_includes_fingers():
 
 
 @pytest.mark.long
-def test_two_links_feel_the_opposite():
+def test_wrenches_of_two_links_in_contact_are_opposite():
     robot, skin = pair()
     simulation = Simulation(robot, skin, Effects(contact="self"))
     simulation.step(3000, replace(hold(robot, 0.0, 40.0), torque=np.array([7.0])))

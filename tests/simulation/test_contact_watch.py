@@ -73,7 +73,7 @@ def test_contact_between_two_readings_is_noted():
     assert notes(simulation, 1) == [], "reported once"
 
 
-def test_a_contact_that_a_reading_shows_is_not_brief():
+def test_contact_present_in_a_reading_is_not_noted_as_brief():
     simulation = on_the_bar(0.001, mass=0.01, stiffness=2e5)
     assert notes(simulation, 1) == []
     assert simulation.total_normal_force > 0
@@ -105,7 +105,7 @@ def rebound(simulation: Simulation) -> float:
     return float(simulation._data.qvel[0]) / 0.5
 
 
-def test_body_faster_than_any_robot_moves_things_is_noted_with_its_speed():
+def test_implausibly_fast_body_is_noted_with_its_speed():
     simulation = on_the_bar(-0.01, mass=1.0, timestep=0.0001, gravity="off")
     simulation._data.qvel[0] = 1.2 * FASTEST
     simulation._physics.forward()

@@ -31,7 +31,7 @@ def test_force_on_a_rigid_robot_is_stiffness_times_depth():
     assert simulation.pokes[0].force == 5.0
 
 
-def test_a_yielding_arm_feels_less_as_springs_in_series_do():
+def test_force_on_a_compliant_arm_is_that_of_springs_in_series():
     robot = bar()
     finger = Finger(stiffness=1000.0, speed=0.005, max_force=50.0)
     simulation = Simulation(robot, SKIN, Effects())
@@ -63,7 +63,7 @@ def test_moving_keeps_the_force_and_releasing_ends_it():
     assert not simulation.sense().any()
 
 
-def test_unknown_fingers_are_ignored_and_a_second_press_starts_afresh():
+def test_unknown_fingers_are_ignored_and_a_second_press_starts_again():
     simulation = fixed()
     simulation.apply(PokeReleased(7))
     simulation.apply(PokeMoved(7, AT))
@@ -95,7 +95,7 @@ def test_place_outside_the_skin_is_rejected(at):
     assert [poke.at for poke in simulation.pokes] == [AT], "fingers are unchanged"
 
 
-def test_the_limit_of_stiffness_is_that_of_the_mass_at_the_point():
+def test_stiffness_limit_follows_from_the_effective_mass_at_the_point():
     limit = BAR_INERTIA / LEVER**2 * (0.6 / 0.001) ** 2
     simulation = Simulation(bar(), SKIN, Effects())
     simulation.apply(PokePressed(1, AT, Finger(stiffness=0.999 * limit)))
@@ -108,7 +108,7 @@ def test_the_limit_of_stiffness_is_that_of_the_mass_at_the_point():
         simulation.apply(PokeMoved(2, AT))
 
 
-def test_moving_to_where_it_is_changes_nothing_while_the_arm_yields():
+def test_moving_a_finger_to_its_current_place_has_no_effect_on_a_yielding_arm():
     """The skin yields between the last step and the move; that counts."""
     still = Simulation(bar(), SKIN, Effects())
     moved = Simulation(bar(), SKIN, Effects())

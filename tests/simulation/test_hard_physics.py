@@ -45,7 +45,7 @@ def stops_again(run: Run, path) -> None:
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("timestep", STEPS)
-def test_weight_is_carried_or_the_session_warned_of_bouncing(integrator, timestep, tmp_path):
+def test_weight_is_carried_or_bouncing_is_reported(integrator, timestep, tmp_path):
     """0.1 kg let fall by 5 mm: in the end all steps feel m g, at whatever stiffness."""
     steady = []
     for stiffness in STIFFNESSES:
@@ -65,14 +65,14 @@ def test_weight_is_carried_or_the_session_warned_of_bouncing(integrator, timeste
 @pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize(("mass", "stiffness"), [(0.1, 1e3), (0.1, 1e5), (2.0, 1e4), (50.0, 1e6)])
-def test_stated_stiffness_is_how_deep_a_weight_sinks(mass, stiffness):
+def test_depth_of_a_weight_follows_from_the_stated_stiffness(mass, stiffness):
     run = play(dropped(mass, stiffness=stiffness, timestep=0.0005, integrator="discrete"), 1.6)
     sunk = run.prepared.objects[0].spec.at[2] - run.heights[-1, 0]
     assert sunk == pytest.approx(mass * GRAVITY / stiffness, rel=1e-3)
 
 
 @pytest.mark.long
-def test_two_grams_with_a_coarse_integrator_are_warned_of(tmp_path):
+def test_weight_of_two_grams_with_a_coarse_integrator_gives_a_warning(tmp_path):
     """An explicit contact spring throws off such a light body; it is used only on request and with a warning."""
     run = play(dropped(0.002, above=0.001, integrator="euler", timestep=0.001), 0.8)
     check_numbers(run)
@@ -83,7 +83,7 @@ def test_two_grams_with_a_coarse_integrator_are_warned_of(tmp_path):
 @pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("model", MODELS)
-def test_the_foundation_refuses_what_it_would_throw(model, tmp_path):
+def test_foundation_rejects_bodies_that_it_would_throw_out(model, tmp_path):
     """The layer's own springs are explicit: 2 g on them need a shorter step, and that is said."""
     run = play(dropped(0.002, above=0.001, skin=model, integrator="discrete"), 0.8)
     check_numbers(run)
@@ -107,7 +107,7 @@ def test_impulse_on_the_skin_is_the_change_of_momentum(integrator):
 @pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize(("mass", "stiffness"), [(0.02, 2e4), (0.1, 2e5), (0.1, 1e6)])
-def test_a_blow_rebounds_as_a_critically_damped_contact_must(mass, stiffness):
+def test_impact_rebounds_like_a_critically_damped_contact(mass, stiffness):
     """The motion  x" = -w² x - 2 w x'  lets go at t = 2 / w with exp(-2) of its speed, whatever mass and stiffness."""
     run = play(dropped(mass, above=2.0, stiffness=stiffness, timestep=1e-5, tick=1e-3, integrator="euler"), 0.8)
     assert -run.speeds.min() == pytest.approx(np.sqrt(2 * GRAVITY * 2.0), rel=0.01), "it struck"
@@ -118,7 +118,7 @@ def test_a_blow_rebounds_as_a_critically_damped_contact_must(mass, stiffness):
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("timestep", [0.0005, 0.001])
-def test_impact_at_40_m_s_never_rebounds_faster(integrator, timestep):
+def test_impact_at_40_m_s_does_not_rebound_faster(integrator, timestep):
     run = play(dropped(1.0, above=_FALL, radius=0.05, stiffness=1e6, integrator=integrator, timestep=timestep), 4.2)
     check_numbers(run)
     assert run.failure is None
@@ -131,9 +131,7 @@ def test_impact_at_40_m_s_never_rebounds_faster(integrator, timestep):
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("timestep", [0.002, 0.004, 0.008])
-def test_a_body_that_moves_farther_than_it_is_thick_in_one_step_is_stopped_before_the_link(
-    integrator, timestep, tmp_path
-):
+def test_body_moving_farther_than_its_thickness_in_one_step_stops_the_run(integrator, timestep, tmp_path):
     """0.08 m and more at once pass the middle of 0.14 m of body and link, and could come out on the far side."""
     overrides = {"integrator": integrator, "timestep": timestep}
     run = play(dropped(1.0, above=_FALL, radius=0.05, stiffness=1e6, **overrides), 4.2)
@@ -149,7 +147,7 @@ def test_a_body_that_moves_farther_than_it_is_thick_in_one_step_is_stopped_befor
 @pytest.mark.parametrize("model", SOLVED)
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("timestep", [0.001, 0.004])
-def test_body_that_starts_deep_gains_no_more_energy_than_the_cover_stored(integrator, timestep, model):
+def test_body_that_starts_deep_gains_at_most_the_energy_stored_in_the_cover(integrator, timestep, model):
     """A start 15 mm too deep releases at most ½ K d², and the body finally rests with its weight."""
     run = play(dropped(0.5, above=-0.015, skin=model, integrator=integrator, timestep=timestep), 1.0)
     check_numbers(run)
@@ -162,7 +160,7 @@ def test_body_that_starts_deep_gains_no_more_energy_than_the_cover_stored(integr
 
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("model", EXACT)
-def test_a_teleported_probe_is_held_by_the_cover_or_stopped_by_name(model, tmp_path):
+def test_teleported_probe_is_held_by_the_cover_or_stops_the_run_by_name(model, tmp_path):
     """The target of the motors jumps 70 mm deeper: cover and motors act as springs in series, or the layer fails."""
     run = play(teleported(skin=model), 0.5)
     check_numbers(run)
@@ -177,7 +175,7 @@ def test_a_teleported_probe_is_held_by_the_cover_or_stopped_by_name(model, tmp_p
 
 
 @pytest.mark.long
-def test_layer_that_is_pressed_through_reports_it(tmp_path):
+def test_pressing_through_the_cover_is_reported(tmp_path):
     """50 kg on a foam of 4 mm: a bed of springs that a body is deeper in than it is thick would lose it."""
     run = play(dropped(50.0, above=0.001, skin="foundation"), 1.0)
     check_numbers(run)
@@ -191,7 +189,7 @@ def test_layer_that_is_pressed_through_reports_it(tmp_path):
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("timestep", STEPS)
-def test_a_teleported_probe_is_held_or_stopped_or_warned_of(integrator, timestep, tmp_path):
+def test_teleported_probe_is_held_or_stops_the_run_or_gives_a_warning(integrator, timestep, tmp_path):
     for stiffness in (2e4, 1e6):
         run = play(teleported(stiffness=stiffness, integrator=integrator, timestep=timestep), 0.5)
         check_numbers(run)
@@ -206,7 +204,7 @@ def test_a_teleported_probe_is_held_or_stopped_or_warned_of(integrator, timestep
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("timestep", STEPS)
-def test_a_jammed_link_stays_and_bears_the_force_of_its_cover(integrator, timestep, tmp_path):
+def test_jammed_link_stays_and_carries_the_force_of_its_cover(integrator, timestep, tmp_path):
     """4 mm too tight on each side: K d from the side that feels; the walls' sum on the link is nothing."""
     for stiffness in (2e4, 1e6):
         run = play(jammed(stiffness=stiffness, integrator=integrator, timestep=timestep), 0.4)
@@ -234,7 +232,7 @@ def test_force_on_a_jammed_link_is_measured(model):
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("timestep", STEPS)
-def test_joints_without_armature_or_damping_hold_or_stop(integrator, timestep, tmp_path):
+def test_joints_without_armature_or_damping_are_stable_or_stop_the_run(integrator, timestep, tmp_path):
     """A tip of 2 g is tapped, and comes to rest again."""
     run = play(whip(integrator=integrator, timestep=timestep), 1.6)
     check_numbers(run)

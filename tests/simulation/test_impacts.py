@@ -50,7 +50,7 @@ def impact(simulation: Simulation, seconds: float) -> tuple[np.ndarray, np.ndarr
 @pytest.mark.parametrize("step", [0.002, 0.001, pytest.param(0.00025, marks=pytest.mark.long)])
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("kind", HALF)
-def test_the_impulse_that_is_read_is_the_change_of_momentum(kind, integrator, step):
+def test_measured_impulse_equals_the_change_of_momentum(kind, integrator, step):
     mass = 0.5
     speed = 0.5
     seconds = 0.06
@@ -64,7 +64,7 @@ def test_the_impulse_that_is_read_is_the_change_of_momentum(kind, integrator, st
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("step", [0.002, 0.001, 0.00025])
 @pytest.mark.parametrize("integrator", INTEGRATORS)
-def test_the_foundation_damps_as_its_material_does(integrator, step):
+def test_foundation_damps_like_its_material(integrator, step):
     """A block of mass m on springs of K in all, with the relaxation time T, decays with  K T / (2 m)."""
     mass = 2.0
     layer = ElasticLayer()
@@ -92,7 +92,7 @@ def test_the_foundation_damps_as_its_material_does(integrator, step):
 @pytest.mark.parametrize("skin", ["point", "water-fill", "punch", "half-space", "foundation"])
 @pytest.mark.parametrize("steps", [1, 5, 20])
 @pytest.mark.parametrize("kind", ["sphere", "box"])
-def test_averaged_readings_hold_the_impulse_at_any_rate(kind, steps, skin):
+def test_averaged_readings_conserve_the_impulse_at_any_rate(kind, steps, skin):
     """The last step's force would make the impulse anything from nothing to fifteen times of it."""
     mass = 0.2
     speed = 0.4
@@ -112,7 +112,7 @@ def test_averaged_readings_hold_the_impulse_at_any_rate(kind, steps, skin):
 @pytest.mark.parametrize("skin", ["water-fill", "foundation"])
 @pytest.mark.parametrize("steps", [1, 5, 20])
 @pytest.mark.parametrize("kind", ["sphere", "box"])
-def test_averaged_wrenches_hold_the_impulse_at_any_rate(kind, steps, skin):
+def test_averaged_wrenches_conserve_the_impulse_at_any_rate(kind, steps, skin):
     """So does the total that scenes state; those of the last step scatter as its readings would."""
     mass = 0.2
     speed = 0.4
@@ -132,7 +132,7 @@ def test_averaged_wrenches_hold_the_impulse_at_any_rate(kind, steps, skin):
 
 
 @pytest.mark.parametrize("rate", [50.0, 20.0])
-def test_a_slow_sensor_holds_the_impulse_too(rate):
+def test_averaged_readings_of_a_slow_sensor_conserve_the_impulse(rate):
     mass = 0.2
     speed = 0.4
     step = 1e-3
@@ -157,7 +157,7 @@ def test_a_slow_sensor_holds_the_impulse_too(rate):
     assert impulse == pytest.approx(gained - late, rel=0.02)
 
 
-def test_fingers_are_averaged_alike():
+def test_finger_forces_are_averaged_in_the_same_way():
     robot = bar(hinged=False)
     skin = bar_skin()
     last, mean = (Simulation(robot, skin, Effects(time_averaging=on)) for on in (False, True))

@@ -39,7 +39,7 @@ def test_weight_on_an_arm_is_placed_on_a_level_clear_taxel():
             assert np.linalg.norm(points - middle, axis=1).min() > RADIUS
 
 
-def test_the_weight_avoids_what_hangs_over_the_skin():
+def test_weight_avoids_parts_overhanging_the_skin():
     """A roof over most of the bar: the weight goes to the only place under the sky."""
     robot = bar(hinged=False)
     link = robot.links[0]
@@ -67,7 +67,7 @@ def test_the_weight_avoids_what_hangs_over_the_skin():
         find_level_place(everywhere, bar_skin(), radius=RADIUS)
 
 
-def test_weight_is_not_placed_where_hull_and_skin_are_apart():
+def test_weight_is_not_placed_where_hull_and_skin_differ():
     """A ridge next to the skin keeps the hull above it."""
     robot = bar(hinged=False)
     link = robot.links[0]
@@ -94,7 +94,7 @@ CONSERVING = ("point", "water-fill", "punch", "foundation")
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("model", CONSERVING)
 @pytest.mark.parametrize("hinged", [False, True])
-def test_a_tenth_of_a_kilogram_reads_0_981_newton_on_a_level_bar(model, hinged):
+def test_mass_of_100_grams_reads_0_981_newton_on_a_level_bar(model, hinged):
     weighed = weigh(bar(hinged=hinged), bar_skin(), ElasticLayer(), model)
     assert weighed.expected_N == pytest.approx(0.981)
     assert weighed.read_N == pytest.approx(0.981, rel=0.01)
@@ -125,12 +125,12 @@ def test_invalid_weight_or_model_is_rejected(model, mass, words):
 
 
 @pytest.mark.long
-def test_a_model_that_feels_nothing_of_it_is_named():
+def test_model_without_readings_of_the_weight_is_named():
     """MuJoCo's taxels feel depth, and in a stiff cover the weight has none."""
     with pytest.raises(SimulationError, match=r"rests on the skin, but no taxel reads pressure"):
         weigh(arm().robot, arm().skin, ElasticLayer(stiffness=1e5), "depth")
 
 
-def test_weight_that_sinks_through_is_reported():
+def test_weight_that_sinks_through_the_cover_is_reported():
     with pytest.raises(SimulationError, match=r"does not come to rest.*mm lower.*stiffer cover"):
         weigh(bar(hinged=False), bar_skin(), ElasticLayer(stiffness=10.0), "water-fill", mass=1.0)

@@ -62,7 +62,7 @@ def test_poses_are_updated_on_request():
     assert made.pose("nothing") is None
 
 
-def test_contacts_are_read_at_the_places_they_were_found_at():
+def test_contacts_are_read_at_the_poses_of_their_detection():
     """Loads at the poses after the step would be displaced from their shapes."""
     ball = thing("sphere", at=(0.3, 0.0, 0.0405), mass=1.0)
     made = physics(ball, contact="environment", gravity="on")

@@ -36,7 +36,7 @@ def solid_of(kind: str, **said):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_distances_are_mujocos(kind):
+def test_distances_equal_those_of_mujoco(kind):
     body = thing(kind, at=(0.1, 0.2, 0.3), turn=(20.0, 30.0, 40.0))
     point = thing("probe", name="point", size=(POINT,))
     model, data = world_with(body, point)
@@ -56,7 +56,7 @@ def test_distances_are_mujocos(kind):
             assert ours == pytest.approx(theirs, abs=2e-6)
 
 
-def test_shapes_of_all_kinds():
+def test_objects_of_all_kinds_have_the_correct_shape():
     shapes = {kind: solid_of(kind).shape for kind in KINDS}
     assert shapes["sphere"] == Sphere(0.02)
     assert shapes["probe"] == Sphere(0.01)
@@ -67,7 +67,7 @@ def test_shapes_of_all_kinds():
     assert isinstance(shapes["mesh"], MeshShape)
 
 
-def test_an_open_mesh_presses_as_what_collides():
+def test_open_mesh_presses_with_its_collision_shape():
     closed = thing("mesh").mesh
     body = thing("mesh", mesh=Mesh(closed.vertices, closed.faces[3:]), at=(0.1, 0.2, 0.3))
     model, _ = world_with(body)
@@ -76,7 +76,7 @@ def test_an_open_mesh_presses_as_what_collides():
 
 
 @pytest.mark.long
-def test_a_links_hull_holds_link_and_skin():
+def test_hull_of_a_link_contains_link_and_skin():
     robot = arm().robot
     skin = arm().skin
     model = assemble(robot, skin, Effects(contact="self"))
@@ -101,7 +101,7 @@ def found(contact: str, objects=()):
 
 
 @pytest.mark.long
-def test_objects_meet_every_link_that_feels():
+def test_objects_are_checked_against_every_link_with_skin():
     links = set(skinned_links(arm().skin))
     assert {(m.link, m.by) for m in found("probe", every_kind())} == {(link, "probe") for link in links}
     outside = found("environment", every_kind())
@@ -113,7 +113,7 @@ def test_objects_meet_every_link_that_feels():
 
 
 @pytest.mark.long
-def test_links_meet_once_unless_they_never_touch():
+def test_each_pair_of_links_is_checked_once_unless_excluded():
     apart = excluded_pairs(arm().robot, arm().skin)
     itself = found("self")
     met = [frozenset((m.link, m.by)) for m in itself if m.own is not None]

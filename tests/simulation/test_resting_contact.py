@@ -81,7 +81,7 @@ def turned(pose: np.ndarray, start: np.ndarray) -> float:
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("friction", [True, False])
-def test_a_body_rests_with_its_weight_and_does_not_turn(shape, integrator, friction):
+def test_body_rests_with_its_weight_without_rotating(shape, integrator, friction):
     """A single contact point would let the force of a box vary by 15 % and turn it by 11 degrees per second."""
     simulation = resting(shape, integrator, depth=0.0, friction=0.5 if friction else 0.0)
     run(simulation, 0.5)
@@ -125,7 +125,7 @@ def test_body_below_the_friction_angle_stays(shape, share, mass, integrator):
 
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("friction", [0.2, 0.5])
-def test_body_beyond_the_friction_angle_slides_by_coulombs_law(friction, integrator):
+def test_body_beyond_the_friction_angle_slides_by_the_coulomb_law(friction, integrator):
     slope = np.arctan(friction) + np.radians(5.0)
     simulation = resting("box", integrator, slope=slope, friction=friction)
     forces, poses = run(simulation, 0.4)
@@ -136,7 +136,7 @@ def test_body_beyond_the_friction_angle_slides_by_coulombs_law(friction, integra
 
 
 @pytest.mark.parametrize("integrator", INTEGRATORS)
-def test_a_fast_slide_does_not_hop(integrator):
+def test_fast_sliding_body_does_not_hop(integrator):
     """The effect of friction on the normal direction of MuJoCo's convex model is limited."""
     slope = np.radians(40.0)
     simulation = resting("box", integrator, slope=slope, friction=0.5)
@@ -154,7 +154,7 @@ def test_a_fast_slide_does_not_hop(integrator):
 @pytest.mark.parametrize("integrator", ["implicitfast", "discrete"])
 @pytest.mark.parametrize("torque", [(0.0, 0.0), (0.02, 0.03), (0.0, 0.05)])
 @pytest.mark.parametrize("shape", SHAPES)
-def test_the_centre_of_pressure_of_a_face_is_that_of_statics(shape, torque, integrator):
+def test_centre_of_pressure_of_a_face_follows_from_statics(shape, torque, integrator):
     """A torque on the body moves the centre by torque over weight; punch is off by up to 30 mm with one point."""
     simulation = resting(shape, integrator, skin="punch", felt_by=each_point_a_taxel(bar_skin()))
     body = simulation._model.body(f"tactile-maps/object {simulation._objects[0].spec.name}").id
@@ -172,7 +172,7 @@ def test_the_centre_of_pressure_of_a_face_is_that_of_statics(shape, torque, inte
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("stiffness", [2e4, 2e5])
-def test_a_ball_rolls_about_the_middle_of_its_contact(stiffness, integrator):
+def test_ball_rolls_about_the_centre_of_its_contact(stiffness, integrator):
     """Friction acts in the middle of the overlap, nearer than the radius by half the depth: soft covers slow a ball."""
     slope = np.radians(5.0)
     radius = 0.02

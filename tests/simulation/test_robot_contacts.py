@@ -26,7 +26,7 @@ def test_only_objects_in_contact_are_named(skin):
     assert simulation.state().tobytes() == before.tobytes()
 
 
-def test_without_contacts_nothing_touches():
+def test_no_object_is_named_without_contact():
     block = thing("box", at=on_the_way(1.0))
     simulation = Simulation(bar(), bar_skin(), Effects(contact="off"), objects=(block,))
     assert simulation.touching(np.array([1.0])) == ""

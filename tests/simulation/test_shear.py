@@ -140,7 +140,7 @@ def pulled(**effects) -> tuple[Simulation, np.ndarray, np.ndarray]:
     return simulation, places[taxel], places[target]
 
 
-def test_a_pulled_finger_slides_until_friction_holds_it():
+def test_pulled_finger_slides_until_friction_balances_the_pull():
     simulation, start, goal = pulled()
     skin = simulation._skin
     (finger,) = simulation.pokes
@@ -152,7 +152,7 @@ def test_a_pulled_finger_slides_until_friction_holds_it():
     assert np.linalg.norm(left) == pytest.approx(0.5 * 5.0 / 1000.0, rel=1e-3)
 
 
-def test_a_pull_within_friction_moves_nothing_but_the_skin_feels_it():
+def test_pull_within_friction_gives_shear_without_motion():
     simulation, _, _ = pulled()
     before = simulation.pokes[0].at
     simulation.apply(PokePulled(1, before))
@@ -161,7 +161,7 @@ def test_a_pull_within_friction_moves_nothing_but_the_skin_feels_it():
     assert np.abs(simulation._skin.areas @ simulation.shear).max() < 1e-9
 
 
-def test_a_pulled_finger_drags_a_joint_that_yields():
+def test_pulled_finger_drags_a_joint_that_yields():
     skin = bar_skin()
     bar_on_hinge = bar()
     on = Effects(gravity="off", shear=True)
@@ -203,7 +203,7 @@ def test_shear_has_the_noise_and_the_broken_taxels_of_the_sensor():
 
 
 @pytest.mark.parametrize("at", [20.0, 1e5])
-def test_shear_saturates_and_is_cut_off_in_both_directions(at):
+def test_shear_is_saturated_and_thresholded_in_both_directions(at):
     effects = SensorEffects(saturation=Saturation(at=1e3), threshold=Threshold(at=at))
     chain = SensorChain(bar_skin(), effects, tick=0.005, seed=0, channel=1)
     values = np.linspace(-2e3, 2e3, len(bar_skin()))

@@ -134,7 +134,7 @@ def test_shear_of_moving_links_is_equal_and_opposite_at_every_reading(model):
     assert largest == pytest.approx(FRICTION * PRESS, rel=0.02), "it slid"
 
 
-def test_face_that_slides_along_another_has_coulombs_force_against_its_motion():
+def test_sliding_face_has_the_coulomb_force_against_its_motion():
     simulation, command = touching()
     simulation.step(300, command)
     for sign in (1.0, -1.0):
@@ -149,7 +149,7 @@ def test_face_that_slides_along_another_has_coulombs_force_against_its_motion():
     assert not [note for note in simulation.notes if note.kind is ContactNoteKind.FRICTION_EXCEEDED]
 
 
-def test_turning_face_twists_the_other():
+def test_rotating_face_applies_torque_to_the_other():
     """Torsion without a net force: the shear of each face circles about the middle."""
     simulation, command = touching()
     simulation.step(300, command)

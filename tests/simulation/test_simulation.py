@@ -109,7 +109,7 @@ STILL = Effects(dynamics=False, contact="all")
 
 
 @pytest.mark.long
-def test_the_posture_is_the_commands_and_time_passes():
+def test_kinematic_posture_equals_the_command_while_time_advances():
     prepared = arm()
     simulation = Simulation(prepared.robot, prepared.skin, STILL, objects=(thing("box", at=(1.0, 0.0, 0.0), mass=1.0),))
     posture = prepared.robot.home + 0.1
@@ -122,7 +122,7 @@ def test_the_posture_is_the_commands_and_time_passes():
     assert simulation.object_poses[0, :3, 3] == pytest.approx((1.0, 0.0, 0.0)), "nothing falls"
 
 
-def test_fingers_ride_on_it_and_press_without_moving_it():
+def test_fingers_press_on_a_kinematic_robot_without_moving_it():
     prepared = arm()
     robot = prepared.robot
     skin = prepared.skin
@@ -142,7 +142,7 @@ def test_fingers_ride_on_it_and_press_without_moving_it():
     )
 
 
-def test_dynamics_take_over_where_it_is():
+def test_dynamics_start_from_the_current_state():
     simulation = Simulation(bar(), bar_skin(), STILL)
     command = replace(hold(bar(), 40.0, 6.0), posture=np.array([0.2]))
     simulation.step(5, command)
@@ -204,7 +204,7 @@ def test_changed_effects_keep_the_state_bitwise(other):
 
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("skin", ["point", "water-fill", "punch", "half-space", "foundation", "depth"])
-def test_a_skin_that_is_switched_on_feels_what_already_touches_it(skin):
+def test_skin_switched_on_measures_existing_contacts(skin):
     weight = thing("sphere", at=(0.3, 0.0, 0.0398), mass=0.5, guided=True)
     effects = Effects(contact="environment", gravity="on", skin="off")
     simulation = Simulation(bar(hinged=False), bar_skin(), effects, objects=(weight,))
@@ -216,7 +216,7 @@ def test_a_skin_that_is_switched_on_feels_what_already_touches_it(skin):
     assert felt == pytest.approx(0.5 * 9.81, rel=0.1) or (skin == "depth" and felt > 0)
 
 
-def test_sensor_and_skin_model_leave_the_physics_alone():
+def test_sensor_and_skin_model_do_not_change_the_physics():
     simulation = moving()
     model = simulation._model
     for effects in (Effects(sensor=SensorEffects(noise=Noise())), Effects(skin="point"), Effects(skin="off")):
@@ -244,7 +244,7 @@ def test_removed_object_keeps_its_pose_until_it_returns():
     assert simulation.object_poses[0, 2, 3] == 20.0
 
 
-def test_fingers_off_lifts_them_and_refuses_new_ones():
+def test_switching_fingers_off_lifts_them_and_rejects_new_ones():
     simulation = moving()
     simulation.use(Effects(fingers=False))
     assert simulation.pokes == ()
@@ -258,7 +258,7 @@ def test_fingers_off_lifts_them_and_refuses_new_ones():
     assert not simulation._data.qfrc_applied.any(), "its force is gone with it"
 
 
-def test_a_finger_too_stiff_for_the_new_step_is_refused_and_nothing_changes():
+def test_time_step_too_long_for_a_finger_is_rejected_without_changes():
     simulation = Simulation(bar(), bar_skin(), Effects())
     simulation.apply(PokePressed(1, bar_skin().taxel_point(30), Finger(stiffness=1e5)))
     before = simulation.state()
@@ -271,7 +271,7 @@ def test_a_finger_too_stiff_for_the_new_step_is_refused_and_nothing_changes():
     simulation.step(10, hold(bar(), 1.0, 1.0))
 
 
-def test_the_sensor_keeps_what_it_can():
+def test_unchanged_sensor_effects_keep_their_state():
     creep = SensorEffects(hysteresis=Hysteresis())
     simulation = moving(effects=Effects(sensor=creep))
     simulation.sense()
@@ -296,7 +296,7 @@ def test_hull_of_a_mesh_with_a_hollow_is_noted_with_its_distance():
 
 
 @pytest.mark.parametrize("order", [("pokes", "object_poses"), ("object_poses", "pokes"), ()])
-def test_queries_of_positions_change_no_number(order):
+def test_position_queries_do_not_change_the_simulation(order):
     """Kinematics are computed on request; the order of the requests does not matter."""
     ball = thing("sphere", at=(0.2, 0.0, 0.04), mass=0.2)
     simulation = Simulation(bar(), bar_skin(), Effects(contact="environment"), objects=(ball,))

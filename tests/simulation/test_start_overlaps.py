@@ -44,5 +44,5 @@ def test_object_that_is_not_simulated_is_not_reported():
     assert overlaps() == {}
 
 
-def test_objects_in_each_other_are_not_in_the_robot():
+def test_overlapping_objects_are_not_reported_as_inside_the_robot():
     assert overlaps(ball(0.03), ball(0.032, name="other")) == {}

@@ -21,7 +21,7 @@ from tests.support.touch import BAR_INERTIA, arm, bar, bar_skin, hold, no_comman
 
 @pytest.mark.parametrize("hooked", [False, True])
 @pytest.mark.parametrize("torque", [1e12, -1e300, 1e7])
-def test_the_first_bad_step_is_named_and_undone(torque, hooked, capfd):
+def test_first_bad_step_is_named_and_undone(torque, hooked, capfd):
     robot = bar()
     simulation = Simulation(robot, bar_skin(), Effects())
     if hooked:
@@ -37,7 +37,7 @@ def test_the_first_bad_step_is_named_and_undone(torque, hooked, capfd):
     assert capfd.readouterr() == ("", ""), "MuJoCo does not print what the guard raises"
 
 
-def test_a_runaway_is_named_with_its_speed_and_energy():
+def test_runaway_joint_is_named_with_its_speed_and_energy():
     robot = bar()
     simulation = Simulation(robot, bar_skin(), Effects(joint_limits=False))
     simulation._data.qvel[:] = 0.999 * MAX_SPEED
@@ -48,7 +48,7 @@ def test_a_runaway_is_named_with_its_speed_and_energy():
     assert 0 < simulation.time < 0.4
 
 
-def test_two_fast_joints_are_not_divergence():
+def test_two_fast_joints_do_not_count_as_divergence():
     prepared = arm()
     simulation = Simulation(prepared.robot, prepared.skin, Effects())
     guard = DivergenceGuard(simulation._model, simulation._data)
@@ -103,7 +103,7 @@ def test_slow_or_distant_bodies_continue(height, speed):
     watch.check(data, 5)
 
 
-def test_a_fast_body_near_the_bar_is_stopped_with_the_step_that_would_do():
+def test_fast_body_near_the_bar_stops_the_run_with_a_sufficient_time_step():
     watch, data = falling(height=0.1, speed=60.0)
     before = data.qpos.copy()
     with pytest.raises(SimulationError, match=r"sphere near bar.*60 m/s, 60 mm a step.*at most 0\.67 ms"):
@@ -118,7 +118,7 @@ def test_check_covers_the_whole_call():
         watch.check(data, 10)
 
 
-def test_a_floor_has_nothing_behind_it():
+def test_fast_body_above_a_floor_does_not_stop_the_run():
     ball = thing("sphere", at=(2.0, 0.0, 0.1), mass=1.0)
     floor = thing("plane", at=(0.0, 0.0, 0.0))
     model = assemble(bar(), bar_skin(), EFFECTS, objects=(ball, floor))
@@ -171,7 +171,7 @@ def test_servo_without_damping_is_noted_beyond_the_explicit_limit():
 
 
 @pytest.mark.parametrize("integrator", ["implicitfast", "implicit", "discrete"])
-def test_implicit_integrators_take_the_same_servos(integrator):
+def test_implicit_integrators_accept_the_same_servos(integrator):
     robot = bar()
     simulation = Simulation(robot, bar_skin(), Effects(integrator=integrator, timestep=0.01))
     simulation.step(100, hold(robot, 0.0, 1e3 * BAR_INERTIA))
@@ -203,7 +203,7 @@ def test_link_too_fast_for_a_fixed_object_stops_the_run(integrator):
     assert "time step of at most" in str(caught.value.remedy)
 
 
-def test_the_remedy_for_a_fast_link_helps():
+def test_suggested_time_step_for_a_fast_link_is_sufficient():
     simulation = near_wall(step=0.001)
     swing(simulation, 20.0)
     assert np.abs(simulation.posture[0]) < np.pi / 4, "it has met the wall and was held"

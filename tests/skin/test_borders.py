@@ -71,7 +71,7 @@ def beyond_paraboloid(middle):
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("name", SPREADING)
 @pytest.mark.parametrize("along", PLACES)
-def test_a_disc_across_the_border_is_read_by_its_area_on_the_skin(name, along):
+def test_disc_across_the_border_is_read_by_its_area_on_the_skin(name, along):
     felt = model(name)
     force = 6.0
     pressures = felt.pressures([disc(along, 0.01, force)])
@@ -88,7 +88,7 @@ def test_a_disc_across_the_border_is_read_by_its_area_on_the_skin(name, along):
 
 @pytest.mark.parametrize("name", SPREADING)
 @pytest.mark.parametrize("along", PLACES)
-def test_a_ball_across_the_border_is_read_by_the_integral_over_the_skin(name, along):
+def test_ball_across_the_border_is_read_by_the_integral_over_the_skin(name, along):
     felt = model(name)
     force = 20.0
     radius = 0.04
@@ -120,7 +120,7 @@ def tube():
 
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("along", PLACES)
-def test_a_ball_across_the_border_of_a_curved_skin(along):
+def test_ball_across_the_border_of_a_curved_skin_is_read_by_the_integral(along):
     robot, skin = tube()
     outward = skin.patches[0].taxels.normals
     assert (np.vecdot(outward[:, 1:], skin.patches[0].taxels.positions[:, 1:]) > 0).all()
@@ -150,7 +150,7 @@ def test_punch_keeps_the_moment_about_the_border(along):
 
 @pytest.mark.parametrize("along", [-0.02, -0.012, 0.012, 0.02])
 @pytest.mark.parametrize("name", CONTACT_MODELS)
-def test_all_models_agree_about_what_touches_the_skin(name, along):
+def test_all_models_agree_on_which_bodies_touch_the_skin(name, along):
     felt = model(name)
     force = 3.0
     read = felt.pressures([disc(along, 0.01, force)]) @ SKIN.areas
@@ -173,7 +173,7 @@ def test_every_model_reports_a_body_on_a_bare_part(name):
     assert (note.kind, note.bodies) == (ContactNoteKind.OUTSIDE_SKIN, ("box", "bar"))
 
 
-def test_the_foundation_bears_a_body_across_the_border_whole():
+def test_foundation_carries_the_whole_load_of_a_body_across_the_border():
     robot = bar(hinged=False)
     weight = 0.3 * 9.81
     body = thing("box", at=(0.11, 0.0, 0.0299), mass=0.3)
@@ -203,7 +203,7 @@ def test_forces_of_the_foundation_on_a_bare_part_are_equal_and_opposite():
 
 
 @pytest.mark.long
-def test_a_ball_weighs_the_same_anywhere_on_a_bare_part():
+def test_weight_of_a_ball_is_the_same_anywhere_on_a_bare_part():
     """The depth that it needs for its weight does not depend on where it is: points are even enough."""
     forces = []
     for x in np.linspace(0.03, 0.06, 13):
@@ -216,7 +216,7 @@ def test_a_ball_weighs_the_same_anywhere_on_a_bare_part():
 
 @pytest.mark.sampled(4)
 @pytest.mark.parametrize("name", MODELS)
-def test_a_finger_at_the_border_is_read_in_part(name):
+def test_finger_at_the_border_is_partly_read(name):
     robot = bar(hinged=False)
     taxel = int(np.abs(SKIN.patches[0].taxels.positions - [BORDER, 0.0, 0.02]).sum(axis=1).argmin())
     simulation = Simulation(robot, SKIN, Effects(contact="environment", skin=name))
@@ -234,7 +234,7 @@ def test_a_finger_at_the_border_is_read_in_part(name):
         assert read == pytest.approx(10.0 * (1 - note.share), rel=1e-12)
 
 
-def test_without_bare_points_readings_are_those_of_the_skin_alone():
+def test_readings_without_bare_points_equal_those_of_the_skin_alone():
     """A link that has no mesh bears load only where it has skin."""
     alone = replace(bar(), links=(Link("bar", None),))
     assert with_bare_points(alone, SKIN) is SKIN

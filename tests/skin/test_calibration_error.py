@@ -33,7 +33,7 @@ def test_each_axis_has_the_requested_error(by):
     assert np.abs(found.mean(axis=0)).max() < 0.0006
 
 
-def test_taxels_err_by_themselves_and_modules_as_one():
+def test_taxels_are_displaced_independently_and_modules_rigidly():
     patch = SKIN.patches[0].taxels
     alone, together = (shifts(with_calibration_error(SKIN, 0.002, by=by)) for by in ("taxel", "module"))
     groups = group_into_modules(patch.positions)
@@ -66,7 +66,7 @@ def test_calibration_error_keeps_faces_and_areas():
     assert [finding.kind for finding in believed.findings] == ["misplaced"]
 
 
-def test_surface_between_taxels_is_displaced_too():
+def test_surface_between_taxels_is_displaced_with_them():
     """Halfway between two neighbours it moves by the mean of both."""
     fine = bar_skin(60, finer=3)
     said = with_calibration_error(fine, 0.001).patches[0].surface
@@ -101,7 +101,7 @@ def test_error_of_a_seed_scales_with_its_size():
 
 @pytest.mark.parametrize("by", ["taxel", "module"])
 @pytest.mark.parametrize("count", [1, 2, 5])
-def test_a_few_taxels_or_one_can_be_misplaced(by, count):
+def test_few_taxels_or_one_can_be_misplaced(by, count):
     """Too few for a surface of their own: each part of the skin goes with the taxel that is nearest."""
     surface = SKIN.patches[0].surface
     faces = np.arange(count) * 20
@@ -126,7 +126,7 @@ def test_unknown_units_are_rejected():
     assert "taxel or module" in str(caught.value)
 
 
-def test_a_sleeve_is_displaced_as_one():
+def test_sleeve_is_displaced_rigidly():
     believed = with_sleeve_displaced(SKIN, shift=0.005, turn=0.3)
     for patch, moved in zip(SKIN.patches, believed.patches, strict=True):
         places = patch.taxels.positions

@@ -48,7 +48,7 @@ def run(simulation, steps):
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("integrator", ["implicitfast", "discrete"])
 @pytest.mark.parametrize("shape", HEIGHTS)
-def test_a_ball_rests_on_the_surface_with_its_weight(shape, integrator):
+def test_ball_rests_on_the_surface_with_its_weight(shape, integrator):
     """A ball on the convex hull would rest 22 mm above a bowl."""
     simulation = ball_on(shape, integrator=integrator)
     place = run(simulation, 200)
@@ -61,7 +61,7 @@ def test_a_ball_rests_on_the_surface_with_its_weight(shape, integrator):
 @pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize(("along", "height"), [(-0.02, 0.0), (0.0, 3e-3), (0.01, 3e-3)])
-def test_a_box_rests_on_bare_link_or_on_raised_skin(along, height):
+def test_box_rests_on_bare_link_or_on_raised_skin(along, height):
     """A box on the convex hull would rest 2 mm above the bare link."""
     robot, skin = raised()
     half = 8e-3
@@ -72,7 +72,7 @@ def test_a_box_rests_on_bare_link_or_on_raised_skin(along, height):
     assert simulation.object_poses[0][2, 3] == pytest.approx(height + half - WEIGHT / LAYER.stiffness, abs=2e-4)
 
 
-def test_a_ball_between_faces_of_a_bowl_is_one_load_with_its_weight():
+def test_ball_between_faces_of_a_bowl_is_one_load_with_its_weight():
     """Their forces across the mean normal cancel; the sum of both would be more."""
     simulation = ball_on("bowl", at=(0.012, 0.007), mass=2.0)
     run(simulation, 250)
@@ -95,7 +95,7 @@ def test_means_over_the_tick_keep_both_walls_of_a_groove():
 @pytest.mark.sampled(4)
 @pytest.mark.parametrize("model", CONTACT_MODELS)
 @pytest.mark.parametrize("shape", HEIGHTS)
-def test_models_feel_the_weight_under_the_ball(shape, model):
+def test_models_measure_the_weight_under_the_ball(shape, model):
     simulation = ball_on(shape)
     skin = hollow(shape)[1]
     run(simulation, 200)
@@ -109,7 +109,7 @@ def test_models_feel_the_weight_under_the_ball(shape, model):
 
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("shape", HEIGHTS)
-def test_the_foundation_carries_the_ball_on_the_surface(shape):
+def test_foundation_carries_the_ball_on_the_surface(shape):
     """Taxels feel what acts along their normals, and points are finite: on 200 taxels a tenth of the weight is off."""
     simulation = ball_on(shape, skin="foundation")
     skin = hollow(shape)[1]
@@ -122,7 +122,7 @@ def test_the_foundation_carries_the_ball_on_the_surface(shape):
 
 
 @pytest.mark.parametrize("shape", HEIGHTS)
-def test_the_depth_model_feels_a_heavy_ball_where_it_rests(shape):
+def test_depth_model_measures_a_heavy_ball_where_it_rests(shape):
     """A light one presses a spot that is smaller than the distance between taxels."""
     mass = 6.0
     simulation = ball_on(shape, skin="depth", mass=mass)
@@ -137,7 +137,7 @@ def test_the_depth_model_feels_a_heavy_ball_where_it_rests(shape):
 @pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("place", [(0.0, 0.0), (0.012, 0.007), (0.004, -0.001)])
-def test_a_bowl_is_as_stiff_as_stated(place):
+def test_bowl_is_as_stiff_as_stated(place):
     depths = []
     for mass in (0.1, 1.1):
         simulation = ball_on("bowl", at=place, mass=mass)
@@ -148,7 +148,7 @@ def test_a_bowl_is_as_stiff_as_stated(place):
 
 
 @pytest.mark.long
-def test_a_box_across_a_bowl_rests_on_the_rim():
+def test_box_across_a_bowl_rests_on_the_rim():
     robot, skin = hollow("bowl")
     box = thing("box", size=(0.115, 0.03, 0.02), at=(0.0, 0.0, 0.01), mass=MASS)
     simulation = Simulation(
@@ -161,7 +161,7 @@ def test_a_box_across_a_bowl_rests_on_the_rim():
 
 
 @pytest.mark.long
-def test_seams_between_pieces_are_not_felt():
+def test_seams_between_pieces_do_not_disturb_a_sliding_body():
     """A ball slides along the flat rim of a bowl, over seams between its pieces."""
     robot, skin = hollow("bowl")
     ball = thing("sphere", size=(0.01,), at=(0.055, -0.03, 0.01 - WEIGHT / LAYER.stiffness), mass=MASS)
@@ -180,7 +180,7 @@ def test_seams_between_pieces_are_not_felt():
     assert np.abs(np.array(places)[:, 0] - 0.055).max() < 1e-6, "no lateral kick"
 
 
-def test_repeats_are_the_same_bit_for_bit():
+def test_repeated_runs_are_identical_bit_for_bit():
     first, second = (run(ball_on("bowl", at=(0.01, 0.004)), 60) for _ in range(2))
     assert first.tobytes() == second.tobytes()
 
@@ -189,7 +189,7 @@ def test_repeats_are_the_same_bit_for_bit():
 @pytest.mark.parametrize(
     "model", ["foundation", *(pytest.param(model, marks=pytest.mark.long) for model in (*CONTACT_MODELS, "depth"))]
 )
-def test_a_link_rests_in_the_bowl_of_another(model, first):
+def test_link_rests_in_the_bowl_of_another(model, first):
     """The ball is inside the hull of the bowl at home and touches nothing."""
     robot, skin = bowl_and_ball(0.005, first=first)
     simulation = Simulation(robot, skin, Effects(contact="self", gravity="on", skin=model), layer=LAYER)

@@ -17,7 +17,7 @@ from tactile_maps.skin.model.skin import PLACEHOLDER_COVERED
 from tests.support.touch import arm, pair
 
 
-def test_hull_points_are_links_and_skins():
+def test_hull_contains_link_and_skin_vertices():
     robot, skin = pair()
     assert len(hull_points(robot, skin, "left")) == len(skin.patches[0].surface.vertices) + 8
 
@@ -30,7 +30,7 @@ def lost(covered):
     return replace(robot, links=(left, robot.links[1])), replace(skin, findings=notes[not covered :])
 
 
-def test_the_placeholder_of_a_missing_mesh_is_in_no_hull_unless_it_is_covered():
+def test_placeholder_of_a_missing_mesh_is_in_the_hull_only_if_covered():
     bare, covered = (hull_points(*lost(covered=covered), "left")[:, 0].min() for covered in (False, True))
     assert covered == -0.01
     assert bare == pytest.approx(0.05 - 0.003), "a plate under the skin at 0.05"
@@ -64,7 +64,7 @@ def test_each_corner_of_an_almost_flat_hull_has_a_face():
     assert corners_with_faces(corners) is corners
 
 
-def test_flat_skin_alone_has_a_hull():
+def test_flat_skin_without_a_link_mesh_has_a_hull():
     robot, skin = lost(covered=False)
     compile_spec(hulls_spec(robot, skin), source=robot.source)
 

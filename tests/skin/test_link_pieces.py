@@ -34,7 +34,7 @@ HOLLOWS = ("bowl", "groove", "saddle")
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("shape", HOLLOWS)
 @pytest.mark.parametrize("solid", [True, False], ids=["solid", "skin alone"])
-def test_pieces_follow_a_hollow_skin(shape, solid):
+def test_collision_pieces_follow_a_concave_skin(shape, solid):
     robot, skin = hollow(shape, solid=solid)
     before = hull_fit(robot, skin, "block")
     assert before.largest > 0.02
@@ -123,7 +123,7 @@ def test_bare_part_of_an_open_mesh_is_measured_and_followed(kind):
     assert collision_finding(robot, "block", after, pieces) is None
 
 
-def test_bare_parts_that_touch_nothing_are_reported():
+def test_bare_parts_that_cannot_collide_are_reported():
     """The mesh of the link has no area to wrap, so that the skin alone collides."""
     robot, skin = hollow("bowl")
     degenerate = Mesh(np.zeros((3, 3)), np.array([[0, 1, 2]]))
@@ -151,7 +151,7 @@ def test_pieces_stay_in_the_block_and_cover_its_bare_sides():
 
 
 @pytest.mark.long
-def test_pieces_do_not_come_out_of_a_thin_wall():
+def test_pieces_do_not_protrude_from_a_thin_wall():
     """A bowl as thin as a shell: pieces are at most half as thick."""
     robot, skin = hollow("bowl")
     top = skin.patches[0].surface
@@ -166,7 +166,7 @@ def test_pieces_do_not_come_out_of_a_thin_wall():
 
 
 @pytest.mark.long
-def test_every_face_of_the_skin_is_in_a_piece_and_repeats_are_the_same(monkeypatch):
+def test_every_skin_face_is_in_a_piece_and_the_result_is_deterministic(monkeypatch):
     monkeypatch.setenv(FOLDER_VARIABLE, "off")
     robot, skin = hollow("bowl")
     first = link_pieces(replace(robot), skin, "block")
@@ -211,7 +211,7 @@ def test_pieces_are_kept_on_disk_bit_for_bit(tmp_path, monkeypatch):
 
 
 @pytest.mark.long
-def test_pieces_longest_unused_are_removed_beyond_the_size_of_the_folder(tmp_path, monkeypatch):
+def test_least_recently_used_pieces_are_deleted_above_the_folder_limit(tmp_path, monkeypatch):
     monkeypatch.setenv(FOLDER_VARIABLE, str(tmp_path))
     (robot, skin), (other, other_skin) = hollow("groove"), hollow("groove", cells=22)
     link_pieces(replace(robot), skin, "block")

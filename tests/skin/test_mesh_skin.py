@@ -28,14 +28,14 @@ def test_cells_cover_the_whole_surface_of_the_mesh(name, pattern):
         assert ClosestPoint(mesh).query(patch.surface.vertices)[2].max() < 1e-9 * mesh.size
 
 
-def test_a_fine_mesh_keeps_its_own_triangles():
+def test_fine_mesh_keeps_its_own_triangles():
     mesh = HARD_MESHES["sphere"]
     (patch,) = skin_of_mesh(mesh, PlacementSpec(taxels=30)).patches
     assert np.array_equal(patch.surface.faces, mesh.faces)
     assert patch.surface.vertices.tobytes() == mesh.vertices.tobytes()
 
 
-def test_a_coarse_one_is_divided_for_the_taxels():
+def test_coarse_mesh_is_refined_for_the_taxels():
     (patch,) = skin_of_mesh(HARD_MESHES["cube"], PlacementSpec(taxels=200)).patches
     assert len(patch.surface.faces) > 10 * 200
     assert patch.surface.area == pytest.approx(HARD_MESHES["cube"].area)
@@ -55,7 +55,7 @@ def test_inner_shells_stay_bare_unless_requested():
 
 
 @pytest.mark.parametrize("name", ["bowl with walls", "tube with walls", "nested open tubes"])
-def test_the_inner_wall_of_a_shell_is_left_bare_unless_all_is_requested(name):
+def test_inner_wall_of_a_shell_is_left_bare_unless_all_is_requested(name):
     mesh = hard_mesh(name)
     spec = PlacementSpec(taxels=40)
     outer = skin_of_mesh(mesh, spec)
@@ -90,7 +90,7 @@ def test_coverage_is_the_share_of_the_requested_surface_and_warns_below_nine_ten
     assert "place more taxels" in warning.action
 
 
-def test_pieces_without_room_count_as_bare():
+def test_pieces_too_small_for_taxels_count_as_bare():
     mesh = joined(sphere(), moved(sphere(), (0.3, 0, 0)))
     spec = PlacementSpec(taxels=40, keep_out=(SphereZone(np.zeros(3), 0.1),))
     skin = skin_of_mesh(mesh, spec)
@@ -103,7 +103,7 @@ def test_pieces_without_room_count_as_bare():
     assert "have no room for taxels" in warning.action
 
 
-def test_parts_that_stick_out_of_another_have_taxels_there():
+def test_protruding_parts_of_overlapping_bodies_have_taxels():
     skin = skin_of_mesh(joined(sphere(), moved(sphere(), (0.06, 0, 0))), PlacementSpec(taxels=60))
     assert len(skin) == 60
     for patch, centre in zip(skin.patches, sorted([0.0, 0.06]), strict=True):
@@ -134,14 +134,14 @@ def test_mesh_without_a_large_part_is_rejected():
         skin_of_mesh(Mesh(cloud.vertices, cloud.faces[-300:]), PlacementSpec(taxels=3))
 
 
-def test_what_is_painted_on_the_users_vertices_finds_its_piece():
+def test_values_painted_on_vertices_are_assigned_to_their_piece():
     mesh = HARD_MESHES["soup"]
     marked = mesh.vertices[:, 2] > 0
     skin = skin_of_mesh(mesh, PlacementSpec(taxels=30, keep_out=(PaintedZone(marked),)))
     assert skin.patches[0].taxels.positions[:, 2].max() < 0.01
 
 
-def test_painted_zone_is_kept_where_parts_hide_each_other():
+def test_painted_zone_is_kept_on_overlapping_parts():
     mesh = loose(joined(sphere(), moved(sphere(), (0.06, 0, 0))))
     skin = skin_of_mesh(mesh, PlacementSpec(taxels=60, keep_out=(PaintedZone(mesh.vertices[:, 2] > 0),)))
     assert {"hidden-face", "duplicate-vertex"} <= set(kinds(skin.findings))
@@ -149,7 +149,7 @@ def test_painted_zone_is_kept_where_parts_hide_each_other():
 
 
 @pytest.mark.parametrize("name", HOPELESS_MESHES)
-def test_a_mesh_without_area_is_refused_by_name(name):
+def test_mesh_with_zero_area_is_rejected_by_name(name):
     with pytest.raises(MeshError, match=name):
         skin_of_mesh(HOPELESS_MESHES[name], name=name)
 
@@ -163,7 +163,7 @@ def test_progress_rises_and_may_cancel():
 
 
 @pytest.mark.long
-def test_modules_are_numbered_through_all_pieces():
+def test_modules_are_numbered_consecutively_over_pieces():
     one = sphere(radius=0.06)
     other = sphere(radius=0.04)
     faces = np.concatenate([one.faces, other.faces + len(one.vertices)])
@@ -181,6 +181,6 @@ def test_findings_without_placed_taxels_are_the_same(name):
 
 
 @pytest.mark.parametrize("name", HOPELESS_MESHES)
-def test_meshes_without_area_have_no_findings_but_an_error(name):
+def test_mesh_with_zero_area_raises_an_error_instead_of_findings(name):
     with pytest.raises(MeshError):
         findings_of_mesh(HOPELESS_MESHES[name], name=name)

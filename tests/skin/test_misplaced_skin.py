@@ -94,7 +94,7 @@ def believed_over_true(sd, *, by="taxel"):
         (7, 3.6, 36.0, 2.1, 13.0),
     ],
 )
-def test_single_triangles_turn_over_where_two_rings_survive(sd, kappa, inverted, kappa_95, turn_95):
+def test_single_triangle_jacobians_flip_while_two_ring_fits_do_not(sd, kappa, inverted, kappa_95, turn_95):
     """Median anisotropy and share turned over of triangles; 95 % of anisotropy and turn of the fits of 19 taxels."""
     raw, smooth = believed_over_true(1e-3 * sd)
     assert np.median(anisotropy(raw)) == pytest.approx(kappa, rel=0.12)
@@ -105,7 +105,7 @@ def test_single_triangles_turn_over_where_two_rings_survive(sd, kappa, inverted,
 
 
 @pytest.mark.long
-def test_errors_by_module_turn_over_fewer():
+def test_module_errors_flip_fewer_triangles():
     """They are worst at the modules' borders, and nothing between them."""
     alone, together = (believed_over_true(0.003, by=by)[0] for by in ("taxel", "module"))
     assert (np.linalg.det(together) < 0).mean() < 0.5 * (np.linalg.det(alone) < 0).mean()
@@ -117,7 +117,7 @@ def test_errors_by_module_turn_over_fewer():
     ("by", "sd", "share"),
     [("taxel", 0.003, 0.7), ("taxel", 0.007, 0.7), ("module", 0.003, 0.9), ("module", 0.007, 0.9)],
 )
-def test_the_map_that_is_built_of_it_is_valid_and_its_smoothed_jacobian_the_truer(by, sd, share):
+def test_map_of_a_misplaced_skin_is_valid_and_its_smoothed_jacobian_more_accurate(by, sd, share):
     """Steps along the skin on the map are compared with the lattice in the plane; modules are smooth inside."""
     map_ = build_map(with_calibration_error(lattice(), sd, seed=1, by=by))
     a, b, c = (map_.uv[0][map_.charts[0].faces[:, k]] for k in range(3))
@@ -138,7 +138,7 @@ def test_the_map_that_is_built_of_it_is_valid_and_its_smoothed_jacobian_the_true
     assert np.median(errors["smoothed"]) < share * np.median(errors["raw"])
 
 
-def test_a_session_feels_the_true_skin_and_believes_the_other():
+def test_session_simulates_the_true_skin_and_controls_with_the_assumed_one():
     """Pressures are the true skin's, bit for bit; the contact is put where the calibration says its taxels are."""
     prepared = forearm()
     believed = build_map(with_calibration_error(prepared.skin, 0.004, seed=5))

@@ -29,7 +29,7 @@ def ball(tmp_path):
     return path
 
 
-def test_a_skin_or_a_map_of_ours_is_opened_as_it_is(skin, tmp_path):
+def test_saved_skin_or_map_is_opened_unchanged(skin, tmp_path):
     save_skin(skin, tmp_path / "skin.npz")
     save_map(build_map(skin), tmp_path / "map.npz")
     for name in ("skin.npz", "map.npz"):

@@ -49,7 +49,7 @@ def sleeve():
 
 
 @pytest.mark.long
-def test_the_sleeve_is_mapped_ten_times_truer_than_published():
+def test_sleeve_map_has_ten_times_less_distortion_than_published():
     taxels = sleeve()
     assert len(taxels.positions) == 640
     skin = skin_from_taxels(taxels)
@@ -62,7 +62,7 @@ def test_the_sleeve_is_mapped_ten_times_truer_than_published():
 
 @needs_files
 @pytest.mark.parametrize("name", DRAWN)
-def test_an_icub_patch_keeps_every_neighbour(name):
+def test_icub_patch_keeps_every_neighbour(name):
     skin = open_skin(POSITIONS / f"{name}.txt", SkinOptions(robot=NO_ROBOT))
     quality = measure(build_map(skin))
     assert quality.bijective
@@ -120,7 +120,7 @@ def f1(found, true):
 @pytest.mark.parametrize("noise", [False, True], ids=["clean", "noise and hole"])
 @pytest.mark.parametrize("pitch", [0.012, 0.020])
 @pytest.mark.parametrize("shape", SHAPES)
-def test_neighbours_are_those_of_the_surface(shape, pitch, noise):
+def test_neighbours_match_those_on_the_surface(shape, pitch, noise):
     points, true = sampled(shape, pitch, noise=noise)
     found = triangulate(points)
     assert len(points) > 50
@@ -134,7 +134,7 @@ def test_neighbours_are_those_of_the_surface(shape, pitch, noise):
 @pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("shape", ["tube", "ball"])
-def test_the_surface_has_the_holes_of_the_body_and_no_others(shape):
+def test_surface_has_the_holes_of_the_body_and_no_others(shape):
     points, _ = sampled(shape, 0.010, noise=False)
     mesh = triangulate(points).mesh
     assert mesh.connectivity.euler_characteristic == {"tube": 0, "ball": 2}[shape]
@@ -144,7 +144,7 @@ def test_the_surface_has_the_holes_of_the_body_and_no_others(shape):
 
 
 @pytest.mark.long
-def test_places_and_order_do_not_matter():
+def test_map_does_not_depend_on_position_and_order_of_taxels():
     points, _ = sampled("torso", 0.020, noise=True)
     pairs = {tuple(pair) for pair in triangulate(points).mesh.edges.tolist()}
     order = np.random.default_rng(5).permutation(len(points))
@@ -158,7 +158,7 @@ def test_places_and_order_do_not_matter():
     ("name", "distinct", "patches"),
     [("left_forearm_V2", 148, [107, 41]), ("left_arm", 350, [110, 110, 80, 50]), ("torso", 373, [373])],
 )
-def test_icubs_files_become_whole_patches(name, distinct, patches):
+def test_icub_files_become_connected_patches(name, distinct, patches):
     taxels = read_icub_positions(POSITIONS / f"{name}.txt")
     assert len(taxels) == distinct
     built = reconstruct_skin(taxels)

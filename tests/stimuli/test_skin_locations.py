@@ -20,7 +20,7 @@ def locator() -> SkinLocator:
     return SkinLocator(arm().skin)
 
 
-def test_patches_by_name_and_the_first_by_none():
+def test_patch_is_found_by_name_and_defaults_to_the_first():
     assert locator().patch("forearm") == FOREARM
     assert locator().patch("") == 0
     with pytest.raises(SceneError, match=r"wing.*upper_arm, forearm, hand"):
@@ -39,7 +39,7 @@ def test_fractions_run_along_and_around_the_patch():
     assert normals[0] @ normals[1] < -0.5, "half way round is the other side"
 
 
-def test_a_place_in_the_links_frame_is_that_place():
+def test_place_in_link_coordinates_is_kept():
     at = arm().skin.taxel_point(200)
     point = arm().skin.position(at)
     assert at.patch == FOREARM
@@ -48,12 +48,12 @@ def test_a_place_in_the_links_frame_is_that_place():
     assert np.allclose(arm().skin.position(again), point, atol=1e-12)
 
 
-def test_place_away_from_the_skin_is_rejected_with_the_nearest_one():
+def test_place_off_the_skin_is_rejected_with_the_nearest_place_on_it():
     with pytest.raises(SceneError, match=r"this place is not on the skin.*50 mm away.*0\.02\]"):
         SkinLocator(bar_skin()).point(0, (0.2, 0.0, 0.07))
 
 
-def test_path_between_fractions_is_on_the_skin_in_even_steps():
+def test_path_between_fractions_is_on_the_skin_in_equal_steps():
     way = locator().surface_path(FOREARM, (0.1, 0.2), (0.9, 0.4))
     steps = np.linalg.norm(np.diff(way, axis=0), axis=1)
     assert len(way) > 100
@@ -63,7 +63,7 @@ def test_path_between_fractions_is_on_the_skin_in_even_steps():
     assert np.allclose(way[[0, -1]], [locator().point(FOREARM, p) for p in ((0.1, 0.2), (0.9, 0.4))], atol=1e-9)
 
 
-def test_a_way_between_exact_places_is_straight_where_it_can_be():
+def test_path_between_exact_places_is_straight_where_possible():
     flat = SkinLocator(bar_skin())
     way = flat.surface_path(0, (0.05, 0.0, 0.02), (0.15, 0.03, 0.02))
     assert len(way) == 106
@@ -71,7 +71,7 @@ def test_a_way_between_exact_places_is_straight_where_it_can_be():
     assert np.abs(across).max() < 1e-12
 
 
-def test_path_to_the_other_side_goes_around_not_through():
+def test_path_to_the_other_side_goes_around_the_body():
     ends = [tuple(locator().point(FOREARM, (0.5, share))) for share in (0.0, 0.5)]
     way = locator().surface_path(FOREARM, *ends)
     length = np.linalg.norm(np.diff(way, axis=0), axis=1).sum()
@@ -79,7 +79,7 @@ def test_path_to_the_other_side_goes_around_not_through():
     assert np.linalg.norm(np.diff(way, axis=0), axis=1).max() < 0.01
 
 
-def test_unreachable_place_gives_the_end_alone():
+def test_path_to_an_unreachable_place_contains_only_its_end():
     patch = bar_skin().patches[0]
     taxels = Taxels(
         patch.taxels.positions,

@@ -53,7 +53,7 @@ def test_press_without_motion_is_a_poke():
     assert (poke.patch, poke.at, poke.hold, poke.begin, poke.tip) == ("top", (0.1, 0.0, 0.02), 0.5, 0.0, TIP)
 
 
-def test_an_even_straight_way_is_a_stroke():
+def test_straight_motion_at_constant_speed_becomes_a_stroke():
     moves = [(60 + k, PokeMoved(1, at(0.1 + 0.0005 * k))) for k in range(201)]
     acts = [(10, PokePressed(1, at(0.1), TIP)), *moves, (300, PokeReleased(1))]
     (stroke,) = stimuli_from_pokes(SKIN, acts, tick=TICK)
@@ -64,7 +64,7 @@ def test_an_even_straight_way_is_a_stroke():
     assert stroke.hold + 0.1 / stroke.speed + stroke.stay == pytest.approx(290 * TICK, abs=TICK)
 
 
-def test_moving_finger_becomes_a_path_through_every_place():
+def test_moving_finger_becomes_a_path_through_all_its_positions():
     acts = wander(1)
     (path,) = stimuli_from_pokes(arm().skin, acts, tick=TICK)
     assert path.kind == "path"
@@ -85,7 +85,7 @@ def places(skin, acts) -> dict[int, np.ndarray]:
 
 
 @pytest.mark.long
-def test_played_back_it_is_felt_as_before():
+def test_played_back_stimulus_gives_the_same_readings():
     """The forces on the skin, tick by tick, through TOML and back, with the arm yielding."""
     prepared = arm()
     acts = [*wander(2), *wander(3, patch=2, id=2)]
@@ -110,7 +110,7 @@ def test_played_back_it_is_felt_as_before():
     assert np.abs(after - before).mean() < 0.005 * before.max()
 
 
-def test_pause_on_the_way_is_kept():
+def test_pause_during_a_motion_is_kept():
     moves = [(10 + k, PokeMoved(1, at(0.1 + 0.002 * k))) for k in range(20)]
     moves += [(300 + k, PokeMoved(1, at(0.15 + 0.002 * k))) for k in range(20)]
     (path,) = stimuli_from_pokes(SKIN, [(0, PokePressed(1, at(0.1), TIP)), *moves, (400, PokeReleased(1))], tick=TICK)
@@ -136,7 +136,7 @@ def test_touches_keep_their_times_and_may_overlap():
     ]
 
 
-def test_unusual_sequences_of_pokes():
+def test_unusual_sequences_of_pokes_become_valid_stimuli():
     """Pressed twice, moved and lifted without a press, never lifted, lifted in the tick of the press."""
     acts = [
         (0, PokeMoved(1, at(0.1))),

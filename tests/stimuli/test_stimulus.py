@@ -27,7 +27,7 @@ LINE = FingerTrack(
         (9, (1, 4, 0)),
     ],
 )
-def test_straight_between_points_and_still_outside(seconds, point):
+def test_path_is_straight_between_points_and_constant_before_and_after(seconds, point):
     patch, found = LINE.at(seconds)
     assert patch == 0
     assert np.allclose(found, point)

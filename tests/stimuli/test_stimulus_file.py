@@ -24,7 +24,7 @@ ALL = (
 )  # fmt: skip
 
 
-def test_every_kind_survives_writing(tmp_path):
+def test_every_kind_is_written_and_read_back(tmp_path):
     assert {stimulus.kind for stimulus in ALL} == set(STIMULUS_KINDS)
     save_stimuli(ALL, tmp_path / "script.toml")
     assert load_stimuli(tmp_path / "script.toml") == ALL
@@ -63,7 +63,7 @@ def test_only_values_that_differ_from_defaults_are_written():
         ("[[stimuli]]\nkind = 'path'\npoints = [[0, 1, 2]]", r"line 3, stimuli\.points.*4"),
     ],
 )
-def test_mistake_is_reported_with_its_place(text, words):
+def test_invalid_entry_is_reported_with_its_place(text, words):
     with pytest.raises(SceneError, match=rf"(?s)my file.*{words}") as caught:
         stimuli_from_toml(text, file="my file")
     assert "\n" not in str(caught.value)

@@ -23,7 +23,7 @@ def test_taps_are_short_pokes_of_one_finger():
     assert tracks[0].tip.speed > 0.05, "quick enough to be felt in so short a time"
 
 
-def test_stroke_holds_moves_and_stays():
+def test_stroke_holds_then_moves_then_stays_at_its_end():
     stroke = Stroke(patch="forearm", start=(0.1, 0.2), end=(0.9, 0.4), hold=0.5, speed=0.05, stay=0.3)
     (track,) = stroke.tracks(SkinLocator(arm().skin))
     length = cumulative_lengths(track.points)[-1]
@@ -48,7 +48,7 @@ def test_contact_on_a_plane_sways_by_radius_times_angle():
     assert np.array_equal(track.at(0.4)[1], track.points[0]), "pressed in before it rolls"
 
 
-def test_the_heading_turns_it_about_the_normal():
+def test_heading_rotates_the_motion_about_the_normal():
     (track,) = Roll(at=(0.2, 0.0, 0.02), heading=90.0, rolls=1).tracks(SkinLocator(bar_skin()))
     away = track.points - [0.2, 0.0, 0.02]
     assert np.ptp(away[:, 1]) > 0.01
@@ -90,7 +90,7 @@ def test_fingers_of_a_grasp_surround_the_link_and_forces_cancel(fingers):
     assert {skin.patches[int(t.patches[0])].link for t in tracks} == {"forearm"}
 
 
-def test_grasp_is_rejected_if_skin_is_on_one_side_only():
+def test_grasp_of_a_link_with_skin_on_one_side_is_rejected():
     with pytest.raises(SceneError, match=r"grasp\.fingers.*no skin.*bar"):
         Grasp(at=(0.2, 0.0, 0.02)).tracks(SkinLocator(bar_skin()))
 
@@ -99,7 +99,7 @@ def tracks(**values):
     return Babble(**values).tracks(SkinLocator(arm().skin))
 
 
-def test_touches_follow_each_other_at_the_places_that_babbling_touches():
+def test_babbled_touches_follow_each_other_at_the_places_of_babbling():
     found = tracks(touches=30, seed=5)
     places = touched_places(arm().skin, BabbleSpec(touches=30, samples=5, seed=5))
     assert np.allclose([track.points[0] for track in found], places.positions[:, 0, 0], atol=0.002)
@@ -117,7 +117,7 @@ def test_forces_and_shares_follow_the_stimulus():
     assert np.median([cumulative_lengths(track.points)[-1] for track in moving]) >= 0.028
 
 
-def test_the_seed_chooses_and_strokes_do_not_move_the_touches():
+def test_touches_depend_on_the_seed_and_not_on_the_strokes():
     one = tracks(seed=1)[0]
     other = tracks(seed=2)[0]
     assert not np.array_equal(one.points[0], other.points[0])
@@ -128,7 +128,7 @@ def test_the_seed_chooses_and_strokes_do_not_move_the_touches():
     assert all(a.tip == b.tip for a, b in zip(still, moving, strict=True))
 
 
-def test_ways_of_several_places_at_once():
+def test_babbling_modes_with_several_places_use_several_fingers():
     pairs = tracks(way="self-touch", touches=10, strokes=0.0)
     assert [track.finger for track in pairs] == [0, 1] * 10
     assert all(a.patches[0] != b.patches[0] for a, b in zip(pairs[::2], pairs[1::2], strict=True))
@@ -137,7 +137,7 @@ def test_ways_of_several_places_at_once():
     assert 10 <= len(tracks(way="biased", touches=10)) <= 20
 
 
-def test_babble_on_one_patch():
+def test_babbling_on_one_patch_touches_only_this_patch():
     assert {int(track.patches[0]) for track in tracks(patch="hand", touches=40)} == {2}
     with pytest.raises(SceneError, match="no taxels"):
         Babble().tracks(SkinLocator(Skin(())))

@@ -66,13 +66,13 @@ def test_stimuli_with_a_time_play_together_each_with_its_finger():
     assert player.fingers == (0, -1, -2)
 
 
-def test_a_stimulus_repeats():
+def test_repeated_stimulus_starts_again_after_its_period():
     player = StimulusPlayer(bar_skin(), [Poke(hold=0.05, rest=0.05, repeat=3), Tap(taps=2)], tick=TICK)
     assert [tick for tick, _ in presses(player)] == [0, 20, 40, 60, 100]
 
 
 @pytest.mark.long
-def test_inputs_depend_on_the_tick_alone():
+def test_inputs_depend_only_on_the_tick():
     script = [Babble(touches=6, way="multi-touch"), Stroke(patch="hand", begin=0.3)]
     one, other = (StimulusPlayer(arm().skin, script, tick=TICK) for _ in range(2))
     forward = [one.inputs(tick) for tick in range(one.ticks)]
@@ -84,7 +84,7 @@ def test_inputs_depend_on_the_tick_alone():
 @pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("tick", [0.0005, 0.005, 0.03])
-def test_every_press_is_lifted_and_no_finger_is_in_two_places(tick):
+def test_every_press_is_released_and_no_finger_has_two_places(tick):
     script = [
         Babble(touches=5, way="self-touch"),
         Tap(begin=0.1),
@@ -106,11 +106,11 @@ def test_every_press_is_lifted_and_no_finger_is_in_two_places(tick):
             assert not down
 
 
-def test_empty_script_plays_nothing():
+def test_empty_script_gives_no_inputs():
     player = StimulusPlayer(bar_skin(), [], tick=TICK)
     assert (player.inputs(123), player.ticks, player.fingers) == ([], 0, ())
 
 
-def test_an_unknown_patch_is_named_with_the_known_ones():
+def test_unknown_patch_is_named_with_the_known_ones():
     with pytest.raises(SceneError, match=r"wing.*top"):
         StimulusPlayer(bar_skin(), [Stroke(patch="wing")], tick=TICK)

@@ -67,7 +67,7 @@ def test_progress_rises_and_may_cancel():
 
 
 @pytest.mark.parametrize("key", [key for key in EFFECTS if key != "timestep"])
-def test_leaving_out_changes_one_effect_and_twice_is_once(key):
+def test_leaving_out_an_effect_changes_only_it_and_is_idempotent(key):
     full = Effects(contact="all", gravity="on", friction=True, joint_friction=True, sensor=NOISY)
     once = without_effect(full, key)
     assert without_effect(once, key) == once

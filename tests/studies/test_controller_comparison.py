@@ -102,7 +102,7 @@ def test_adapted_gains_do_not_count_as_limited():
     assert found.limit is LimitKind.ENERGY_TANK
 
 
-def test_lost_is_time_under_a_finger_without_contact_after_the_first():
+def test_lost_time_is_time_under_a_finger_without_contact_after_the_first():
     force = np.where((TIME > 1) & ((TIME < 2) | (TIME > 2.5)), 3.0, 0.0)
     assert controller_metrics(trace(force=force)).lost == pytest.approx(0.5 / 4.0, abs=0.005)
     assert controller_metrics(trace(force=force, touched=TIME < 2)).lost == pytest.approx(0, abs=0.006), "it was lifted"
@@ -221,7 +221,7 @@ def test_speeds_of_slides_have_their_own_unit_and_limit(tmp_path, more, unit, li
 
 
 @pytest.mark.long
-def test_change_of_the_goal_is_kept_but_not_of_the_controller():
+def test_change_of_the_goal_is_kept_and_of_the_controller_ignored():
     acts = {
         3: [PokePressed(1, AT)],
         50: [ControlChanged(replace(HYBRID, controller="impedance", force_gain=0.04))],
@@ -238,7 +238,7 @@ def test_change_of_the_goal_is_kept_but_not_of_the_controller():
 
 
 @pytest.mark.long
-def test_task_is_that_of_the_recording_or_of_the_contender():
+def test_task_is_taken_from_the_recording_or_the_contender():
     acts = {3: [PokePressed(1, AT)], 60: [ControlChanged(replace(HYBRID, task="hold_point"))]}
     session, _ = recorded(acts)
     path = replace(QP, task="follow_path", path_speed=0.02)
@@ -252,7 +252,7 @@ def test_task_is_that_of_the_recording_or_of_the_contender():
 
 
 @pytest.mark.long
-def test_body_error_is_that_of_the_nearest_contact():
+def test_body_error_refers_to_the_nearest_contact():
     far = BAR.skin.taxel_point(55)
     acts = {3: [PokePressed(1, AT)], 60: [PokePressed(2, far)]}
     hold = replace(HYBRID, task="hold_point")
@@ -280,7 +280,7 @@ def test_state_of_the_start_is_taken_from_the_recording():
     assert (trace.touched.any(), trace.force.any()) == (True, False)
 
 
-def test_map_of_the_start_is_taken():
+def test_map_at_the_start_is_used():
     """A point drawn on the moved map is on the skin only there."""
     moved = move(MapDocument.of(BAR.map), [0], (3.0, 0.0)).map
     start = (0, ControlChanged(replace(HYBRID, task="hold_point", path=(tuple(map(float, moved.to_map(AT))),))))
@@ -291,7 +291,7 @@ def test_map_of_the_start_is_taken():
     assert any(OFF_SKIN in limits for limits in elsewhere.limits)
 
 
-def test_changes_by_a_behaviour_are_not_taken_from_the_recording():
+def test_changes_by_a_behaviour_are_not_copied_from_the_recording():
     by_behaviour = (9, ControlChanged(replace(HYBRID, task="retreat"), by="released"))
     (trace,) = compare(QP, inputs=[START, PRESS, by_behaviour])
     assert trace.settings.task == HYBRID.task
@@ -322,7 +322,7 @@ def test_divergence_ends_one_trace_with_its_reason_and_no_other():
     assert (len(whole), whole.ended) == (300, "")
 
 
-def test_input_that_is_refused_ends_the_trace():
+def test_rejected_input_ends_the_trace():
     acts = [START, (40, EffectsChanged(Effects(timestep=0.0007)))]
     (trace,) = compare(HYBRID, inputs=acts)
     assert len(trace) == 39
@@ -330,7 +330,7 @@ def test_input_that_is_refused_ends_the_trace():
 
 
 @pytest.mark.parametrize("seconds", [0.0, -1.0, float("nan"), MOST_SECONDS + 1])
-def test_invalid_times_are_refused(seconds):
+def test_invalid_times_are_rejected(seconds):
     with pytest.raises(UsageError, match="such a time"):
         compare(HYBRID, seconds=seconds)
 
@@ -343,7 +343,7 @@ def test_names_of_contenders_must_differ():
 
 
 @pytest.mark.parametrize("scripted", [True, False])
-def test_fingers_are_simulated_only_where_a_script_has_some(monkeypatch, scripted):
+def test_fingers_are_simulated_only_if_the_script_has_some(monkeypatch, scripted):
     begun = []
 
     class Recorded(Session):

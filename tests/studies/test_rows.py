@@ -21,7 +21,7 @@ INF = math.inf
 
 
 @pytest.mark.parametrize(("cell", "value"), [(2, 2.0), (0.5, 0.5), (True, 1.0), (INF, INF)])
-def test_cell_with_a_number_is_that_number(cell, value):
+def test_numeric_cell_is_read_as_a_number(cell, value):
     assert number(cell) == number_or(cell, 7.0) == value
 
 
@@ -31,20 +31,20 @@ def test_missing_cells_have_the_chosen_default(cell):
     assert number_or(cell, INF) == INF
 
 
-def test_statistics_are_of_the_finite_values():
+def test_statistics_use_only_finite_values():
     values = np.array([3.0, NAN, -4.0, INF])
     assert rms(values) == pytest.approx(math.sqrt(12.5))
     assert p95(np.array([*range(101), NAN], dtype=float)) == pytest.approx(95.0)
 
 
 @pytest.mark.parametrize("values", [[], [NAN, INF]])
-def test_statistics_of_unknown_values_are_unknown(values):
+def test_statistics_without_values_are_unknown(values):
     assert rms(np.array(values)) is None
     assert p95(np.array(values)) is None
 
 
 @pytest.mark.long
-def test_bootstrap_interval_holds_the_truth_19_times_of_20():
+def test_bootstrap_interval_contains_the_truth_in_95_percent():
     held = 0
     random = np.random.default_rng(1)
     for _ in range(200):
@@ -53,7 +53,7 @@ def test_bootstrap_interval_holds_the_truth_19_times_of_20():
     assert 0.9 <= held / 200 <= 0.99
 
 
-def test_interval_of_a_root_mean_square_holds_the_truth_19_times_of_20():
+def test_interval_of_a_root_mean_square_contains_the_truth_in_95_percent():
     held = 0
     random = np.random.default_rng(2)
     for _ in range(400):

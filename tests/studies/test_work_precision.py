@@ -52,7 +52,7 @@ def point(milliseconds, error, *, usable=True):
     return Point(milliseconds, error, Setting("guess", "first", {"at": milliseconds}), usable=usable)
 
 
-def test_one_curve_a_method_in_the_stages_order_with_points_as_they_came():
+def test_each_method_has_a_curve_in_stage_order_with_points_in_order_of_arrival():
     made = diagram(stage(), [trial("third", 5, 1), trial("first", 9, 3), trial("first", 2, 4)])
     assert [(curve.method, curve.number) for curve in made.curves] == [("first", 0), ("third", 2)]
     assert [(p.milliseconds, p.error) for p in made.curves[0].points] == [(9, 3), (2, 4)]
@@ -103,7 +103,7 @@ def test_best_settings_are_not_dominated():
     assert pareto_front([]) == ()
 
 
-def test_every_setting_is_tried_and_one_that_fails_stops_no_other():
+def test_every_setting_is_tried_even_if_another_one_fails():
     requested = [Setting("guess", name) for name in ("first", "second", "third")]
     done = []
     reports = []
@@ -125,7 +125,7 @@ def test_every_setting_is_tried_and_one_that_fails_stops_no_other():
 @pytest.mark.parametrize(
     ("lasting", "result"), [([5.0], (0, 5.0)), ([0.1, 9.0], (0, 0.1)), ([0.02, 0.01, 0.05], (0, 0.02))]
 )
-def test_middle_of_the_runs_that_the_budget_allows_counts(lasting, result):
+def test_median_of_the_runs_within_the_budget_is_used(lasting, result):
     ticks = []
     count = iter(range(9))
     now = 0.0

@@ -56,7 +56,7 @@ def test_axis_crosstalk_mixes_channels_by_the_stated_deviation():
     assert abs(aside.mean()) < 0.005
 
 
-def test_matrices_depend_on_the_seed_alone_and_leave_one_axis_taxels_unchanged():
+def test_matrices_depend_only_on_the_seed_and_leave_one_axis_taxels_unchanged():
     assert np.array_equal(matrices(BOTH), matrices(BOTH))
     assert not np.array_equal(matrices(BOTH), matrices(BOTH, seed=1))
     assert np.array_equal(matrices(BOTH, skin=bar_skin(5)), np.tile(np.eye(3), (5, 1, 1)))

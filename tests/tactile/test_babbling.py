@@ -29,7 +29,7 @@ def _still(kind="unbiased", **spec):
 @pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("kind", KINDS)
-def test_the_same_seed_gives_the_same_readings_bit_for_bit(skin, kind):
+def test_same_seed_gives_the_same_readings_bit_for_bit(skin, kind):
     spec = BabbleSpec(kind, touches=20, samples=3, rest=1)
     first = babble(skin, spec)
     assert first.shape == (80, 100)
@@ -38,7 +38,7 @@ def test_the_same_seed_gives_the_same_readings_bit_for_bit(skin, kind):
 
 
 @pytest.mark.long
-def test_each_touch_is_one_contact_of_two_spacings_radius_with_its_force(skin):
+def test_each_touch_is_one_contact_with_radius_of_two_spacings_and_its_force(skin):
     readings = babble(skin, _still(force=10.0, radius=0.05))
     forces = readings @ skin.areas
     assert 5 <= forces.min() < 6
@@ -81,7 +81,7 @@ def test_self_touch_presses_two_patches_with_the_same_force(two_patches):
 
 
 @pytest.mark.long
-def test_multi_touch_is_three_at_once(skin):
+def test_multi_touch_has_three_simultaneous_touches(skin):
     assert (babble(skin, _still("multi-touch", force=1.0)) @ skin.areas).mean() == pytest.approx(3, rel=0.05)
 
 
@@ -102,7 +102,7 @@ def test_biased_touch_always_has_its_far_partner(skin):
 
 
 @pytest.mark.long
-def test_without_a_choice_the_two_farthest_taxels_are_pressed_together(skin):
+def test_biased_touch_defaults_to_the_two_farthest_taxels(skin):
     positions = skin.patches[0].taxels.positions
     apart = np.linalg.norm(positions[:, None] - positions[None], axis=-1)
     a, b = np.unravel_index(apart.argmax(), apart.shape)
@@ -111,7 +111,7 @@ def test_without_a_choice_the_two_farthest_taxels_are_pressed_together(skin):
 
 
 @pytest.mark.long
-def test_a_stroke_wanders_over_the_skin_and_then_rests(skin):
+def test_stroke_wanders_over_the_skin_and_then_rests(skin):
     readings = babble(skin, _still(touches=40, samples=8, rest=3)).reshape(40, 11, 100)
     assert not readings[:, 8:].any()
     pressed = readings[:, :8] / readings[:, :8].sum(axis=2, keepdims=True)

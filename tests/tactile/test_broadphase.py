@@ -78,7 +78,7 @@ def test_cached_points_are_valid_until_the_slack_with_a_shrinking_radius():
     assert ball.search_radius == 0.01
 
 
-def test_a_box_that_rolls_about_the_place_it_presses_hardly_moves_there():
+def test_box_rolling_about_its_contact_hardly_shrinks_the_search_radius():
     turn = 0.02
     rolled = Rotation.from_rotvec((turn, 0, 0)).as_matrix() @ [0, 0, 0.01]
     box = near(BOX)
@@ -86,7 +86,7 @@ def test_a_box_that_rolls_about_the_place_it_presses_hardly_moves_there():
     assert box.search_radius > 0.01 - 1.5 * 0.03 * turn
 
 
-def test_other_bodies_normals_and_radii_use_other_neighbourhoods():
+def test_bodies_normals_and_radii_have_separate_neighbourhoods():
     ball = near(BALL)
     assert ball.holds(load(Sphere(0.01)), 0.2), "an equal ball is the same"
     assert not ball.holds(load(Sphere(0.011)), 0.2)
@@ -95,7 +95,7 @@ def test_other_bodies_normals_and_radii_use_other_neighbourhoods():
     assert not ball.holds(load(BALL, normal=tilted), 0.2)
 
 
-def test_point_that_faces_away_is_far():
+def test_point_that_faces_away_is_not_near():
     normals = np.tile(NORMAL, (len(GRID), 1))
     normals[0] = [np.sqrt(1 - 0.21**2), 0, 0.21]
     ball = near(BALL, normals)

@@ -15,7 +15,7 @@ from tactile_maps.tactile.mechanics.contact_notes import (
 
 
 @pytest.mark.parametrize("kind", list(ContactNoteKind))
-def test_every_note_names_what_it_is_about(kind):
+def test_every_note_names_its_subject(kind):
     assert "forearm" in contact_note_text(ContactNote(kind, ("forearm",)))
     assert contact_note_text(ContactNote(kind, ()))
 
@@ -49,7 +49,7 @@ def test_notes_state_depth_force_and_longest_step():
     assert servo == "the servo of elbow may be unstable: use at most 5.7 ms, or the integrator implicitfast or discrete"
 
 
-def test_a_load_across_the_border_is_noted_from_one_percent_on():
+def test_load_across_the_border_is_noted_from_one_percent():
     assert border_notes(0.009, "ball", "hand") == ()
     (note,) = border_notes(0.37, "ball", "hand")
     assert (note.kind, note.share) == (ContactNoteKind.PARTLY_OUTSIDE, 0.37)

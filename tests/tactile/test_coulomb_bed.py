@@ -54,7 +54,7 @@ class Bed:
 
 
 @pytest.mark.parametrize("share", [0.1, 0.5, 0.9, 0.99])
-def test_the_stick_circle_is_that_of_the_closed_form(share):
+def test_stick_circle_follows_the_closed_form(share):
     """c / a = (1 - Q / (mu P))^(1/4); the half-space of Cattaneo has the exponent 1/3."""
     bed = Bed(20)
     found = bed.load(share)
@@ -73,7 +73,7 @@ def test_displacement_follows_the_closed_form(share):
     assert bed.moved() == pytest.approx(expected, rel=1e-3)
 
 
-def test_unloading_is_the_loading_curve_doubled():
+def test_unloading_follows_masings_rule():
     """Masing's rule: from a peak, the way back by s is twice the way that half the change needs from rest."""
     bed = Bed(100)
     bed.load(0.8)
@@ -85,7 +85,7 @@ def test_unloading_is_the_loading_curve_doubled():
         assert peak - bed.moved() == pytest.approx(2 * fresh.moved(), rel=1e-9)
 
 
-def test_loading_in_steps_is_loading_at_once():
+def test_loading_in_steps_equals_loading_at_once():
     steps, once = Bed(), Bed()
     for share in np.linspace(0.02, 0.7, 18):
         steps.load(share)
@@ -103,7 +103,7 @@ def test_all_points_slide_along_the_force_at_the_limit(share):
     np.testing.assert_allclose(bed.forces, share * bed.limits, rtol=1e-12)
 
 
-def test_a_force_beyond_the_limit_is_reported_and_not_exceeded():
+def test_force_beyond_the_limit_is_reported_and_not_exceeded():
     bed = Bed()
     found = bed.load(1.2)
     assert not found.matched
@@ -112,7 +112,7 @@ def test_a_force_beyond_the_limit_is_reported_and_not_exceeded():
 
 
 @pytest.mark.parametrize("share", [0.3, 0.8, 0.97])
-def test_torsion_of_a_flat_punch(share):
+def test_torsion_of_a_flat_punch_follows_the_closed_form(share):
     """tau(r) = min(k phi r, mu p): the outside slides first; the angle follows from the integral."""
     bed = Bed(200, flat=True)
     limit = FRICTION * NORMAL * DEPTH
@@ -186,12 +186,12 @@ def test_torque_beyond_the_limit_is_reported_and_leaves_the_force_exact(share):
     assert bed.torque() <= most * (1 + 1e-12)
 
 
-def test_a_bed_without_friction_bears_nothing():
+def test_bed_without_friction_carries_no_shear():
     found = shear_bed(np.ones(3, dtype=complex), np.zeros(3), np.ones(3), np.arange(3) * 1e-3 + 0j, 0j)
     assert found.matched
     assert not found.forces.any()
 
 
-def test_points_in_one_place_bear_no_torque():
+def test_points_at_one_place_carry_no_torque():
     found = shear_bed(np.zeros(2, dtype=complex), np.ones(2), np.ones(2), np.zeros(2, dtype=complex), 0.5j, 0.0)
     np.testing.assert_allclose(found.forces, 0.25j)

@@ -10,11 +10,11 @@ from tactile_maps.core.errors import SimulationError
 from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 
 
-def test_the_default_is_a_soft_foam_of_four_millimetres():
+def test_default_cover_is_four_millimetres_of_soft_foam():
     assert ElasticLayer().foundation == pytest.approx(3e7)
 
 
-def test_a_thicker_layer_is_softer_and_a_layer_free_to_widen_is_as_a_rod():
+def test_thicker_cover_is_softer_and_laterally_free_cover_is_as_stiff_as_a_rod():
     layer = ElasticLayer()
     assert replace(layer, thickness=2 * layer.thickness).foundation == pytest.approx(0.5 * layer.foundation)
     assert replace(layer, poisson=0.0).foundation == pytest.approx(layer.modulus / layer.thickness)

@@ -24,7 +24,7 @@ DEPTHS = (1e-4, 2e-3, 0.05)
 
 
 @pytest.mark.parametrize("depth", DEPTHS)
-def test_a_point_force_passes_every_depth_whole(depth):
+def test_point_force_is_conserved_at_every_depth(depth):
     inner, _ = quad(lambda r: 2 * np.pi * r * point_stress(r, depth), 0, 20 * depth)
     outer, _ = quad(lambda r: 2 * np.pi * r * point_stress(r, depth), 20 * depth, np.inf)
     assert inner + outer == pytest.approx(1, rel=1e-8)
@@ -33,7 +33,7 @@ def test_a_point_force_passes_every_depth_whole(depth):
 
 @pytest.mark.parametrize("depth", [0.5e-3, 2e-3, 2e-2])
 @pytest.mark.parametrize("at", [(0.0, 0.0), (0.003, 0.001), (0.002, -0.0015), (-0.01, 0.007)])
-def test_a_rectangle_is_the_sum_of_its_points(at, depth):
+def test_rectangle_is_the_sum_of_its_points(at, depth):
     x, y = at
     a = 0.002
     b = 0.0015
@@ -42,7 +42,7 @@ def test_a_rectangle_is_the_sum_of_its_points(at, depth):
     assert found == pytest.approx(summed, rel=1e-7, abs=1e-12)
 
 
-def test_a_square_is_a_rectangle_seen_from_a_side():
+def test_square_stress_equals_rectangle_stress_with_equal_sides():
     away, side = np.random.default_rng(2).uniform(0, 0.02, (2, 100))
     whole = rectangle_stress(away, np.zeros(1), 0.002, sides=(side, side))
     np.testing.assert_allclose(square_stress(away, 0.002, side=side), whole, atol=1e-14)
@@ -60,7 +60,7 @@ SKIN = bar_skin(200, finer=3)
 @pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("depth", [1e-4, 2e-3, 0.03])
-def test_every_force_is_felt_whole(depth):
+def test_every_point_force_is_read_in_full(depth):
     for skin in (SKIN, arm().skin):
         field = subsurface_field(skin, depth)
         np.testing.assert_allclose((field.weights * skin.areas[field.taxels]).sum(axis=1), 1, rtol=1e-12)
@@ -68,7 +68,7 @@ def test_every_force_is_felt_whole(depth):
 
 
 @pytest.mark.long
-def test_clumps_are_of_one_taxel_and_no_wider_than_three_tenths_of_a_depth():
+def test_clusters_belong_to_one_taxel_and_span_at_most_0_3_depths():
     points = quadrature_points(SKIN)
     field = subsurface_field(SKIN, 0.02)
     assert len(field.taxels) < 0.5 * len(points.areas), "there are clusters of several points"
@@ -81,7 +81,7 @@ def test_clumps_are_of_one_taxel_and_no_wider_than_three_tenths_of_a_depth():
 
 
 @pytest.mark.long
-def test_clumps_are_felt_as_their_points():
+def test_clusters_are_read_like_their_points():
     """The reading under a point, at a depth of four spacings, equals the sum over all points."""
     skin = each_point_a_taxel(bar_skin(finer=1))
     points = quadrature_points(skin)
@@ -103,7 +103,7 @@ def test_result_does_not_depend_on_the_block_size(monkeypatch):
     np.testing.assert_allclose(parts.weights, whole.weights, rtol=1e-12)
 
 
-def test_a_cover_too_deep_for_its_skin_is_refused(monkeypatch):
+def test_cover_too_deep_for_its_skin_is_rejected(monkeypatch):
     monkeypatch.setattr(module, "_MOST_PAIRS", 10_000)
     with pytest.raises(SimulationError, match="too deep for so fine a skin") as caught:
         subsurface_field(SKIN, 0.05)
@@ -135,7 +135,7 @@ def test_grid_blur_is_the_sum_over_all_cells(pressures):
     np.testing.assert_allclose(GridBlur(SHAPE, PITCH, DEPTH).felt(pressures), plain, atol=1e-9 * plain.max())
 
 
-def test_stress_on_a_bent_grid_uses_the_given_distances(pressures):
+def test_stress_on_a_curved_grid_uses_the_given_distances(pressures):
     def chord(up, around):
         return np.hypot(up, 2 * 0.005 * np.sin(np.minimum(around / 0.01, np.pi / 2)))
 

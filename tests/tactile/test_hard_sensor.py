@@ -30,7 +30,7 @@ def sensing(**stages) -> EffectsChanged:
 
 
 @pytest.mark.long
-def test_dead_skin_reads_nothing_and_control_continues():
+def test_dead_skin_has_zero_readings_and_control_continues():
     """The controller that follows touch has nothing to follow: the arm is pushed as by a hand it does not know of."""
     run = play(BAR, 1.0, {1: [sensing(dead_taxels=DeadTaxels(dead=1.0)), FOLLOW, PRESS]})
     check_numbers(run)
@@ -42,7 +42,7 @@ def test_dead_skin_reads_nothing_and_control_continues():
 
 
 @pytest.mark.long
-def test_a_skin_that_is_stuck_altogether_is_one_large_contact_that_never_moves():
+def test_completely_stuck_skin_gives_one_large_contact_that_never_moves():
     run = play(BAR, 0.5, {1: [sensing(dead_taxels=DeadTaxels(dead=0.0, stuck=1.0, stuck_at=20e3)), FOLLOW]})
     check_numbers(run)
     assert run.forces == pytest.approx(20e3 * BAR.skin.areas.sum())
@@ -53,7 +53,7 @@ def test_a_skin_that_is_stuck_altogether_is_one_large_contact_that_never_moves()
     assert np.abs(run.frames[-1].velocity).max() < 10.0, "a force that no retreat changes does not run away"
 
 
-def test_a_skin_that_is_saturated_altogether_shows_its_limit_and_no_more():
+def test_completely_saturated_skin_reads_its_limit():
     run = play(BAR, 0.5, {1: [sensing(saturation=Saturation(at=1.0)), FOLLOW, PRESS]})
     check_numbers(run)
     assert run.failure is None
@@ -65,7 +65,7 @@ def test_a_skin_that_is_saturated_altogether_shows_its_limit_and_no_more():
 
 @pytest.mark.long
 @pytest.mark.parametrize("at", [500.0, 2e3, 180e3])
-def test_a_saturated_contact_is_still_one_contact_under_the_finger(at):
+def test_saturated_contact_is_still_one_contact_under_the_finger(at):
     run = play(BAR, 0.5, {1: [sensing(saturation=Saturation(at=at)), PRESS]})
     assert run.frames[-1].pressures.max() <= at
     assert run.forces[-1] <= run.frames[-1].pokes[0].force * (1 + 1e-9)
@@ -75,7 +75,7 @@ def test_a_saturated_contact_is_still_one_contact_under_the_finger(at):
 
 
 @pytest.mark.parametrize("name", CONTACT_MODELS)
-def test_huge_and_tiny_forces_stay_numbers(name):
+def test_huge_and_tiny_forces_give_finite_readings(name):
     model = CONTACT_MODELS[name].build(BAR.skin, BAR.scene.layer, SensorEffects())
     for force in (1e-300, 1e-12, 1e6, 1e12):
         load = sphere_load("bar", np.array([0.3, 0.0, 0.02]), np.array([0.0, 0.0, 1.0]), force, 0.01)
@@ -99,7 +99,7 @@ def test_session_continues_after_its_sensor_fails():
 
 
 @pytest.mark.long
-def test_a_dead_skin_does_not_change_the_physics_under_it():
+def test_dead_skin_does_not_change_the_physics():
     """A body rests on it as on a working skin."""
     lying = play(dropped(0.5, above=0.005), 0.5)
     dead = play(dropped(0.5, above=0.005, dead_taxels={"dead": 1.0}), 0.5)

@@ -61,7 +61,7 @@ BODIES = [
 
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize(("shape", "surface", "inside"), BODIES)
-def test_the_distance_is_that_to_the_closest_of_many_points_on_the_surface(shape, surface, inside):
+def test_distance_to_primitive_matches_dense_sampling_of_its_surface(shape, surface, inside):
     generator = np.random.default_rng(3)
     points = generator.uniform(-0.08, 0.08, size=(500, 3))
     held = inside(points)
@@ -75,7 +75,7 @@ def test_the_distance_is_that_to_the_closest_of_many_points_on_the_surface(shape
 
 
 @pytest.mark.parametrize(("shape", "surface", "inside"), BODIES)
-def test_the_reach_holds_all_of_it_and_no_more(shape, surface, inside):
+def test_reach_encloses_the_body_tightly(shape, surface, inside):
     farthest = np.linalg.norm(surface(np.random.default_rng(4)), axis=1).max()
     assert farthest <= shape.reach * (1 + 1e-12)
     assert farthest > 0.97 * shape.reach
@@ -160,7 +160,7 @@ def around(mesh: Mesh, count=1500):
 
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("name", SOLIDS)
-def test_the_sign_is_that_of_the_winding_number(name):
+def test_sign_of_distance_matches_the_winding_number(name):
     mesh = SOLIDS[name]
     points = around(mesh)
     distances = MeshShape(mesh).distance(points)
@@ -171,13 +171,13 @@ def test_the_sign_is_that_of_the_winding_number(name):
     np.testing.assert_array_equal(distances[clear] < 0, inside[clear])
 
 
-def test_the_distance_of_a_box_is_exact():
+def test_distance_of_a_box_is_exact():
     points = around(SOLIDS["box"])
     assert MeshShape(SOLIDS["box"]).distance(points) == pytest.approx(Box(HALF).distance(points), abs=1e-15)
 
 
 @pytest.mark.parametrize("name", SOLIDS)
-def test_the_distance_is_that_to_the_closest_of_many_points_on_the_faces(name):
+def test_distance_to_mesh_matches_dense_sampling_of_its_faces(name):
     mesh = SOLIDS[name]
     generator = np.random.default_rng(8)
     points = around(mesh, 20)
@@ -199,7 +199,7 @@ def test_repeated_corners_degenerate_faces_and_unused_vertices_are_ignored():
     assert shape.reach == pytest.approx(np.linalg.norm(HALF))
 
 
-def test_the_layer_behind_a_closed_surface_is_its_solid_down_to_the_depth():
+def test_layer_behind_a_closed_surface_is_its_interior_down_to_the_depth():
     mesh = trimesh.creation.box((0.04, 0.06, 0.1))
     solid = Mesh(np.asarray(mesh.vertices), np.asarray(mesh.faces))
     points = np.random.default_rng(0).uniform(-0.08, 0.08, (500, 3))
@@ -211,7 +211,7 @@ def test_the_layer_behind_a_closed_surface_is_its_solid_down_to_the_depth():
     assert layer.reach == MeshShape(solid).reach
 
 
-def test_the_layer_behind_an_open_surface_ends_at_its_border_and_not_at_seams():
+def test_layer_behind_an_open_surface_ends_at_its_border_and_not_at_seams():
     """Two squares side by side, with vertices of their own; a third is perpendicular to the second at its far side."""
     corners = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], float)
     wall = np.array([(2, 0, 0), (2, 0, 1), (2, 1, 1), (2, 1, 0)], float)
@@ -230,7 +230,7 @@ def test_the_layer_behind_an_open_surface_ends_at_its_border_and_not_at_seams():
     assert layer.distance(np.array(list(cases))) == pytest.approx(list(cases.values()), abs=1e-12)
 
 
-def test_mesh_without_inside_is_rejected_by_name():
+def test_mesh_without_interior_is_rejected_by_name():
     mesh = SOLIDS["box"]
     with pytest.raises(MeshError, match=r"lid: an open mesh has no inside.*3 edges"):
         MeshShape(Mesh(mesh.vertices, mesh.faces[1:]), where="lid")
@@ -254,7 +254,7 @@ def test_lowest_point_of_a_ball_has_its_depth():
     assert sphere_load("arm", point, normal, 5.0, 0.01).distances(point[None]) == pytest.approx([0.0], abs=1e-15)
 
 
-def test_distances_are_in_the_links_frame():
+def test_distances_use_link_coordinates():
     turn = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
     load = Load("arm", np.zeros(3), UP, 1.0, Box((0.03, 0.01, 0.01)), Pose(turn, np.array([1.0, 0, 0])))
     assert load.distances(np.array([[1.0, 0.05, 0], [1.05, 0, 0]])) == pytest.approx([0.02, 0.04])

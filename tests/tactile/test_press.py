@@ -15,7 +15,7 @@ from tests.support.touch import bar, bar_map, prepared_bar
 SKIN = prepared_bar().skin
 
 
-def test_pressure_is_at_the_pressed_place():
+def test_pressure_occurs_at_the_pressed_place():
     pressures = press_skin(SKIN, SKIN.taxel_point(10))
     place = np.concatenate([patch.taxels.positions for patch in SKIN.patches])
     centre = pressures * SKIN.areas @ place / 3.0

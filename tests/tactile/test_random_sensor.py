@@ -65,7 +65,7 @@ def assert_same(one, other):
 @pytest.mark.long
 @given(choice=effects, tick=ticks, seed=st.integers(0, 2**70), pressures=presses)
 @examples(150)
-def test_a_replay_and_a_reset_read_the_same_and_every_reading_is_a_number(choice, tick, seed, pressures):
+def test_replay_and_reset_give_the_same_finite_readings(choice, tick, seed, pressures):
     one = chain(choice, tick, seed)
     other = chain(choice, tick, seed)
     start = one.state()
@@ -80,7 +80,7 @@ def test_a_replay_and_a_reset_read_the_same_and_every_reading_is_a_number(choice
 
 @given(choice=effects, one=presses, other=presses, after=presses)
 @examples(100)
-def test_two_pasts_that_end_in_one_state_have_one_future(choice, one, other, after):
+def test_equal_states_with_different_histories_give_the_same_readings(choice, one, other, after):
     """Buffers, masks and the place of the random numbers are not in the state, and follow from it all the same."""
     creep = choice.hysteresis and replace(choice.hysteresis, seconds=1e-3)
     bus = choice.sampling and replace(choice.sampling, rate=1.0 + choice.sampling.rate / 2)
@@ -96,7 +96,7 @@ def test_two_pasts_that_end_in_one_state_have_one_future(choice, one, other, aft
 
 @given(name=st.sampled_from(STAGES), at=st.integers(0, 10), again=st.integers(0, 10))
 @examples(100)
-def test_switching_one_live_leaves_what_the_others_do_unchanged(name, at, again):
+def test_switching_one_effect_at_run_time_does_not_change_the_others(name, at, again):
     """The other stages have the same state and random numbers as in a chain in which nothing was switched."""
     live = chain(ALL_ON, 0.005, 1)
     steady = chain(ALL_ON, 0.005, 1)
@@ -121,7 +121,7 @@ def test_switching_one_live_leaves_what_the_others_do_unchanged(name, at, again)
 
 @given(choice=effects, tick=ticks, seed=st.integers(0, 100), pressures=presses)
 @examples(100)
-def test_the_chain_keeps_what_its_last_stages_promise(choice, tick, seed, pressures):
+def test_chain_output_satisfies_its_last_stages(choice, tick, seed, pressures):
     at_work = chain(replace(choice, sampling=None), tick, seed)
     for read in readings(at_work, pressures):
         alive = read[at_work.dead == 0]

@@ -71,7 +71,7 @@ def test_discs_of_any_size_read_a_uniform_pressure(radius):
 
 
 @pytest.mark.parametrize("radius", [0.004, 0.01])
-def test_a_disc_is_the_mean_over_the_points_within_it(radius):
+def test_disc_is_the_mean_over_the_points_within_it(radius):
     forces = np.random.default_rng(1).uniform(0, 1, len(POINTS.areas))
     pressures = felt(disc_field(SKIN, radius), forces)
     start = 0
@@ -90,7 +90,7 @@ def test_a_disc_is_the_mean_over_the_points_within_it(radius):
 
 
 @pytest.mark.long
-def test_a_disc_stays_on_its_patch_and_its_side():
+def test_disc_stays_on_its_patch_and_its_side():
     _, skin = pair()
     count = len(skin.patches[0].taxels.quadrature.areas)
     forces = np.zeros(len(quadrature_points(skin).areas))
@@ -105,7 +105,7 @@ def _taxel_normals():
     return np.concatenate([patch.taxels.normals for patch in SKIN.patches])
 
 
-def test_a_table_holds_its_entries():
+def test_table_contains_its_entries():
     points = np.array([2, 0, 2, 2])
     taxels = np.array([5, 1, 3, 4])
     weights = np.array([1.0, 2.0, 3.0, 4.0])
@@ -118,7 +118,7 @@ def test_a_table_holds_its_entries():
     assert empty.weights.tolist() == [[0.0], [0.0]]
 
 
-def test_a_skin_without_taxels_has_fields_without_points():
+def test_skin_without_taxels_has_fields_without_points():
     assert disc_field(Skin(()), 0.01).taxels.size == 0
     assert cell_field(Skin(())).taxels.size == 0
 
@@ -129,7 +129,7 @@ def test_invalid_pad_radius_is_rejected(radius):
         disc_field(SKIN, radius)
 
 
-def test_pad_of_one_point_is_as_far_from_its_taxel_as_the_nearest_point():
+def test_pad_with_one_point_uses_the_point_nearest_to_its_taxel():
     skin = bar_skin(100)
     taxels = skin.patches[0].taxels
     points = quadrature_points(skin)

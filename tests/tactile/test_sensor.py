@@ -43,7 +43,7 @@ def assert_normal(values):
 @pytest.mark.sampled(13)
 @pytest.mark.parametrize("tick", [1e-4, 0.001, 0.005, 0.03, 1.0, 100.0])
 @pytest.mark.parametrize("seconds", [0.001, 0.1, 3.0])
-def test_a_step_creeps_in_as_the_exponential_at_any_tick(tick, seconds):
+def test_creep_of_a_step_is_exponential_at_any_tick(tick, seconds):
     pressures = np.concatenate([np.zeros(3), np.full(200, 5e4), np.full(200, 2e4)])
     read = readings(stage(Hysteresis(0.3, seconds), tick=tick), pressures[:, None])[:, 0]
     since = tick * np.arange(200)
@@ -65,7 +65,7 @@ def test_noise_is_white_and_normal_with_the_deviation_given():
 
 
 @pytest.mark.parametrize("tick", [0.001, 0.02])
-def test_the_variance_of_the_drift_is_linear_in_time_whatever_the_tick(tick):
+def test_drift_variance_is_linear_in_time_at_any_tick(tick):
     ticks = round(0.4 / tick)
     read = readings(stage(OffsetDrift(sd=30.0, walk=50.0), MANY, tick=tick), np.zeros((ticks + 1, MANY)))
     for k in (0, ticks // 4, ticks // 2, ticks):
@@ -91,7 +91,7 @@ def test_gains_have_mean_one_and_the_deviation_given(sd):
     assert gains.std() == pytest.approx(sd, rel=0.1)
 
 
-def test_the_error_of_quantisation_is_uniform():
+def test_error_of_quantisation_is_uniform():
     rng = np.random.default_rng(0)
     pressures = rng.uniform(0, 1e5, MANY)
     error = readings(stage(Quantisation(step=200.0), MANY), [pressures])[0] - pressures
@@ -113,7 +113,7 @@ def test_crosstalk_conserves_force(covered, share):
         assert (read >= 0).all()
 
 
-def test_crosstalk_spreads_to_neighbours_and_keeps_even_pressure_nearly_even():
+def test_crosstalk_spreads_to_neighbours_and_keeps_uniform_pressure_nearly_uniform():
     skin = arm().skin
     at_work = stage(Crosstalk(0.05), skin=skin)
     for taxel in (0, 150, len(skin) - 1):
@@ -135,7 +135,7 @@ def test_saturation_and_threshold_are_exact_at_their_edges():
 
 @pytest.mark.parametrize(("rate", "tick"), [(50.0, 0.005), (30.0, 0.005), (7.3, 0.001), (90.0, 0.01), (1e4, 0.005)])
 @pytest.mark.parametrize("delay", [0.0, 0.0137, 0.02, 0.5])
-def test_samples_fall_on_the_nearest_ticks_for_ever_and_arrive_after_the_delay(rate, tick, delay):
+def test_samples_are_taken_at_the_nearest_ticks_indefinitely_and_arrive_after_the_delay(rate, tick, delay):
     ticks = round(40 / tick) // 4
     read = readings(stage(Sampling(rate, delay), tick=tick), np.arange(1.0, ticks + 1)[:, None])[:, 0]
     taken = np.unique(read[read > 0]) - 1
@@ -159,7 +159,7 @@ def test_number_of_broken_taxels_follows_the_share(count, dead, stuck):
 
 
 @pytest.mark.long
-def test_an_hour_of_readings_ends_where_the_drift_may_be_and_leaves_nothing_of_the_creep():
+def test_after_an_hour_drift_is_within_its_bound_and_creep_has_vanished():
     chain = SensorChain(row(3), SensorEffects(hysteresis=Hysteresis(), offset_drift=OffsetDrift()), tick=0.02, seed=1)
     chain.read(np.full(3, 1e5))
     for _ in range(180_000):
@@ -171,7 +171,7 @@ def test_an_hour_of_readings_ends_where_the_drift_may_be_and_leaves_nothing_of_t
     assert not late.any(), "nothing lingers as a subnormal number"
 
 
-def test_the_signal_passes_the_effects_in_their_order():
+def test_effects_are_applied_in_order():
     """The order is creep, then the highest reading, then the least, then steps; each sees what the one before made."""
     effects = SensorEffects(
         hysteresis=Hysteresis(0.5, 1.0),

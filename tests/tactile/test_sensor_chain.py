@@ -24,7 +24,7 @@ def pressed(count=40, taxels=20):
 
 
 @pytest.mark.parametrize("name", STAGES)
-def test_an_effect_that_is_off_costs_no_call(name):
+def test_disabled_effect_is_not_called(name):
     on = chain(replace(ALL_ON, **{name: None}))
     calls = []
     kinds = {key: type(stage) for key, stage in chain(ALL_ON)._stages.items()}
@@ -72,7 +72,7 @@ def test_pressures_of_another_skin_are_rejected():
 
 @pytest.mark.parametrize("count", [0, 1, 2])
 @pytest.mark.parametrize("effects", [ALL_ON, SensorEffects(), *only(ALL_ON).values()])
-def test_a_skin_of_hardly_any_taxels_is_read_too(effects, count):
+def test_skin_with_very_few_taxels_is_read(effects, count):
     small = chain(effects, count)
     assert readings(small, pressed(9, count)).shape == (9, count)
     small.reset()

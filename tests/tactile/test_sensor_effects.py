@@ -58,13 +58,13 @@ def test_negative_seed_is_rejected():
         Readout(row(1), 0.01, -1)
 
 
-def test_a_taxel_without_neighbours_keeps_all():
+def test_isolated_taxel_keeps_its_whole_reading_under_crosstalk():
     at_work = stage(Crosstalk(share=0.9), skin=row(3, neighbours=[(0, 1)]))
     assert readings(at_work, [[0, 0, 1000]])[0].tolist() == [0, 0, 1000]
     assert readings(stage(Crosstalk()), [[1000]])[0].tolist() == [1000]
 
 
-def test_a_reading_is_not_overwritten_by_the_next():
+def test_reading_is_not_overwritten_by_the_next():
     at_work = stage(Noise(), 4)
     first = at_work.read(np.zeros(4))
     kept = first.copy()
@@ -80,11 +80,11 @@ def test_readings_above_saturation_are_clipped():
     assert readings(at_work, [[0.0, 0, 0, 200]])[0].tolist() == [0, 0, 0, 100]
 
 
-def test_no_reading_is_negative_zero():
+def test_readings_are_never_negative_zero():
     assert not np.signbit(readings(stage(Quantisation(step=200.0), 2), [[-30.0, -0.0]])).any()
 
 
-def test_the_dead_read_nothing_the_stuck_always_the_same_the_others_what_they_feel():
+def test_dead_taxels_read_zero_stuck_taxels_a_constant_and_others_their_pressure():
     at_work = stage(DeadTaxels(dead=0.3, stuck=0.2, stuck_at=7.0), 10)
     (read,) = readings(at_work, [np.full(10, 1000.0)])
     assert (read[at_work.codes == DEAD] == 0).all()
@@ -93,13 +93,13 @@ def test_the_dead_read_nothing_the_stuck_always_the_same_the_others_what_they_fe
     assert [np.count_nonzero(at_work.codes == code) for code in (ALIVE, DEAD, STUCK)] == [5, 3, 2]
 
 
-def test_a_larger_share_breaks_the_same_and_more():
+def test_larger_share_breaks_the_same_taxels_and_more():
     fewer, more = (stage(DeadTaxels(dead=s, stuck=s), 100).codes for s in (0.1, 0.4))
     for code in (DEAD, STUCK):
         assert (more[fewer == code] == code).all()
 
 
-def test_a_sample_is_kept_as_it_was_and_none_may_change_it():
+def test_sample_is_kept_unchanged_and_read_only():
     at_work = stage(Sampling(10.0, 0.0))
     pressures = np.array([5.0])
     read = at_work.read(pressures)
@@ -109,7 +109,7 @@ def test_a_sample_is_kept_as_it_was_and_none_may_change_it():
 
 
 @pytest.mark.parametrize(("rate", "delay"), [(100.0, 0.07), (33.0, 0.1), (7.3, 1.0), (1e4, 0.0)])
-def test_the_state_has_one_length_and_reset_brings_back_the_first(rate, delay):
+def test_state_has_constant_length_and_reset_restores_the_first(rate, delay):
     at_work = stage(Sampling(rate, delay), 3)
     start = at_work.state()
     pressures = np.random.default_rng(0).random((300, 3))

@@ -120,7 +120,7 @@ def test_every_contact_model_states_its_errors():
     assert set(STATED_ERRORS) == set(EFFECTS["skin"].choices) - {"off", "auto"}
 
 
-def test_the_guide_states_the_same_errors():
+def test_guide_states_the_same_errors():
     page = (Path(__file__).parents[2] / "assets" / "guide" / "touch.md").read_text(encoding="utf8")
     rows = re.findall(r"^\| `([\w-]+)` \| [^|]+ \| ([^|]+) \| ([\d.]+) \| ([\d.]+) % \|$", page, flags=re.M)
     reported = {

@@ -45,7 +45,7 @@ def test_level_does_not_depend_on_the_guess():
         assert winkler_level(floors, areas, volume, guess=guess).level == winkler_level(floors, areas, volume).level
 
 
-def test_floors_at_infinity_stay_dry_even_if_they_were_wet():
+def test_floors_at_infinity_stay_dry_even_if_initially_wet():
     floors = np.array([0.0, 0.1, 0.2])
     areas = np.ones(3)
     guess = WarmStart()
@@ -57,14 +57,14 @@ def test_floors_at_infinity_stay_dry_even_if_they_were_wet():
     assert len(winkler_level(floors, areas, 1.0, guess=guess).points) == 3
 
 
-def test_next_to_no_water_wets_the_lowest_floor():
+def test_tiny_volume_of_water_wets_the_lowest_floor():
     wet = winkler_level(np.array([0.3, 0.2, 0.4]), np.ones(3), 5e-324)
     assert wet.points.tolist() == [1]
     assert wet.level == 0.2
 
 
 @pytest.mark.parametrize("count", [2, 7, 50])
-def test_equal_floors_and_floors_apart_by_rounding_end(count):
+def test_iteration_terminates_for_equal_and_nearly_equal_floors(count):
     areas = np.random.default_rng(2).uniform(0.1, 2, count)
     assert winkler_level(np.full(count, 0.1), areas, 0.3).level == pytest.approx(0.1 + 0.3 / areas.sum())
     floors = 0.1 + np.arange(count) * np.spacing(0.1)
@@ -87,7 +87,7 @@ def rest(offsets, gaps, areas, volume):
 
 @pytest.mark.parametrize("newtons", [0.01, 1.0, 100.0])
 @pytest.mark.parametrize("seed", range(8))
-def test_force_and_place_are_matched(seed, newtons):
+def test_force_and_centre_of_pressure_are_matched(seed, newtons):
     offsets, gaps, areas = bed(seed)
     offsets = offsets - np.random.default_rng(seed).uniform(-0.003, 0.003, 2)
     found = rest(offsets, gaps, areas, newtons / 3e7)
@@ -113,13 +113,13 @@ def test_tilt_minimizes_the_energy():
 
 
 @pytest.mark.parametrize("beyond", [(0.02, 0.0), (0.0101, 0.0101), (-0.5, 0.3)])
-def test_a_force_outside_the_springs_has_no_balance(beyond):
+def test_force_outside_the_springs_has_no_balance(beyond):
     offsets, gaps, areas = bed(1)
     found = rest(offsets - np.array(beyond), gaps, areas, 1e-7)
     assert not found.matched
 
 
-def test_a_force_in_a_hollow_of_the_springs_has_none():
+def test_force_in_a_concavity_of_the_springs_has_no_balance():
     corner = np.array([[0.01, 0.0], [0.0, 0.01], [-0.001, 0.0], [0.0, -0.001]])
     found = rest(corner - [0.006, 0.006], np.zeros(4), np.full(4, 1e-5), 1e-8)
     assert found.rounds > 0, "a search along the axes cannot find the force of the springs"

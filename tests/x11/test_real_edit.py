@@ -63,7 +63,7 @@ def take(app, key, tool):
     app.wait_for(lambda: app.read("tool.json") == tool)
 
 
-def test_a_patch_is_moved_a_pin_dragged_and_a_seam_drawn(app):
+def test_patch_is_moved_a_pin_dragged_and_a_seam_drawn(app):
     app.wait_for(lambda: app.read("places.json"))
     output = app.read("places.json")
     taxels = np.array(output["taxels"])

@@ -41,7 +41,7 @@ def session(app):
     return app.read("session.json")
 
 
-def test_friction_is_switched_on_while_it_runs(app):
+def test_friction_is_switched_on_in_a_running_session(app):
     app.wait_for(lambda: app.read("box.json"))
     before = session(app)
     assert before["says"] == "off"

@@ -37,7 +37,7 @@ live(window, ready)
 """
 
 
-def test_a_poke_on_the_mesh_and_on_the_map_is_felt_at_the_same_place(app):
+def test_poke_on_mesh_and_on_map_is_measured_at_the_same_place(app):
     app.wait_for(lambda: app.read("places.json"))
     places = app.read("places.json")
     recording = app.folder / "poked.mcap"

@@ -74,7 +74,7 @@ def drag(app, start, by, button):
     app.hand("mouseup", button)
 
 
-def test_robot_view_with_a_real_mouse(app):
+def test_robot_view_responds_to_a_real_mouse(app):
     app.wait_for(lambda: app.read("places.json") and app.read("eye.json"))
     places = app.read("places.json")
     eye = app.read("eye.json")

@@ -56,7 +56,7 @@ live(window, ready)
 """
 
 
-def test_range_is_dragged_on_both_and_a_click_seeks(app):
+def test_drag_on_timeline_or_curves_selects_a_range_and_click_seeks(app):
     app.wait_for(lambda: app.read("places.json"))
     bar = app.read("places.json")["bar"]
     plots = app.read("places.json")["plots"]

@@ -30,12 +30,12 @@ def scene(tmp_path):
     ("words", "output"),
     [([], "--milliseconds, or --millimetres"), (["--milliseconds", "-1"], "above 0"), (["--newtons", "x"], "newtons")],
 )
-def test_bad_usage(capsys, scene, words, output):
+def test_invalid_arguments_are_usage_errors(capsys, scene, words, output):
     assert main(["budget", str(scene), *words]) == 2
     assert output in capsys.readouterr().err
 
 
-def test_its_lines_apply_effects_controller_and_task(scene):
+def test_printed_lines_apply_effects_controller_and_task(scene):
     """Same as *Apply* in the window: a controller that is fast along a path does not suit another task."""
     step = Option(Trial(Setting("simulation", "discrete", {"timestep_ms": 0.5}), "", 1.0, {}), Cost(1.0))
     touch = Option(Trial(Setting("touch", "half-space"), "", 1.0, {}), Cost(1.0))

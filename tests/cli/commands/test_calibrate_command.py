@@ -51,7 +51,7 @@ def test_log_becomes_a_calibration_that_listen_applies(log, skin, tmp_path, caps
     assert heard["max_force_N"] == pytest.approx(5.0, rel=0.25), "beyond the log the last slope continues"
 
 
-def test_result_is_stated_in_words(log, skin, capsys):
+def test_result_is_described_in_text(log, skin, capsys):
     assert main(["calibrate", log, "--skin", skin]) == 0
     text = capsys.readouterr().out
     assert "385, up to 2 N" in text

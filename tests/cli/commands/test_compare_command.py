@@ -66,7 +66,7 @@ def result_of(capsys):
 
 
 @pytest.mark.long
-def test_scene_s_script_gives_a_figure_for_each_controller(capsys, scene):
+def test_script_of_a_scene_gives_a_figure_for_each_controller(capsys, scene):
     assert main(["compare", scene, "--controllers", "hybrid,qp", "--task", "hold_point", "--json", *SHORT]) == 0
     result = result_of(capsys)
     assert list(result["controllers"]) == ["hybrid", "qp"]
@@ -89,7 +89,7 @@ def test_equal_controllers_of_two_runs_give_equal_figures(capsys, scene):
 
 
 @pytest.mark.long
-def test_recording_is_run_as_long_as_it_is_with_its_task(capsys, recording, tmp_path):
+def test_recording_is_run_for_its_duration_with_its_task(capsys, recording, tmp_path):
     folder = tmp_path / "out" / "here"
     assert main(["compare", recording, "--controllers", "hybrid, parallel", "-o", str(folder)]) == 0
     output = capsys.readouterr().out
@@ -128,7 +128,7 @@ def test_printed_table_has_a_row_for_each_controller(capsys, scene):
         (["--controllers", "qp", "--for", "-1"], "above 0"),
     ],
 )
-def test_bad_usage_lists_the_choices(capsys, words, output):
+def test_usage_error_lists_the_choices(capsys, words, output):
     assert main(["compare", "slide", *words]) == 2
     assert output in capsys.readouterr().err
 

@@ -63,7 +63,7 @@ def test_arguments_with_special_characters_reach_the_command_unchanged():
 
 
 @pytest.mark.skipif(shutil.which("update-mime-database") is None, reason="needs shared-mime-info's own tool")
-def test_desktop_knows_the_types_at_once():
+def test_file_types_are_registered_immediately():
     assert main(["desktop"]) == 0
     *_, types = desktop_files()
     known = (types.parent.parent / "globs2").read_text()
@@ -71,7 +71,7 @@ def test_desktop_knows_the_types_at_once():
     assert b"\x89MCAP0\r\n" in (types.parent.parent / "magic").read_bytes()
 
 
-def test_folder_that_cannot_be_made_is_named(home, capsys):
+def test_folder_that_cannot_be_created_is_named(home, capsys):
     (home / "share").write_text("a file, not a folder")
     assert main(["desktop"]) == 1
     assert "Set XDG_DATA_HOME" in capsys.readouterr().err

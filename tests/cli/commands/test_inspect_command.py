@@ -103,7 +103,7 @@ def test_result_is_printed_as_text(capsys, scene):
     assert any("scene-warning" in line for line in lines[off:])
 
 
-def test_mistake_is_one_line_with_its_line(capsys, scene):
+def test_invalid_file_gives_one_message_with_its_line_number(capsys, scene):
     scene.write_text(SCENE.replace("friction", "frction"))
     status, out, err = call(capsys, "inspect", scene)
     assert (status, out) == (1, "")
@@ -147,7 +147,7 @@ def test_misspelt_kind_of_a_package_is_reported(tmp_path, monkeypatch, capsys):
     assert "map_method  flat  other 2.0  left out: there is no kind map_method" in capsys.readouterr().out
 
 
-def test_inspecting_nothing_or_two_things_is_bad_usage(capsys):
+def test_inspect_with_no_or_two_arguments_is_a_usage_error(capsys):
     assert main(["inspect"]) == 2
     assert main(["inspect", "arm", "--plugins"]) == 2
     assert main(["inspect", "--plugins", "--report", "x.html"]) == 2
@@ -168,7 +168,7 @@ def test_marks_and_labels_of_a_recording_are_listed(tmp_path, capsys):
 
 
 @pytest.mark.long
-def test_shapes_with_which_links_with_hollow_skin_collide(capsys):
+def test_collision_shapes_of_links_with_hollow_skin_are_listed(capsys):
     """Pieces are made only where something may touch."""
     robot, skin = hollow("groove")
     objects = (thing("sphere", at=(0.0, 0.0, 0.5), mass=0.1).spec,)
@@ -209,7 +209,7 @@ def test_limits_of_a_robot_are_listed(capsys, tmp_path):
 TETRAHEDRON = "v 0 0 0\nv 100 0 0\nv 0 100 0\nv 0 0 100\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
 
 
-def test_repairs_of_a_bare_mesh_are_those_that_map_lists(capsys, tmp_path):
+def test_inspect_and_map_list_the_same_repairs_of_a_mesh(capsys, tmp_path):
     mesh = tmp_path / "pad.obj"
     mesh.write_text(TETRAHEDRON + "f 1 1 2\n")
     problems = result_of(capsys, "inspect", mesh)["problems"]
@@ -220,14 +220,14 @@ def test_repairs_of_a_bare_mesh_are_those_that_map_lists(capsys, tmp_path):
     ]
 
 
-def test_no_taxels_are_placed_for_the_problems_of_a_mesh(capsys, tmp_path, monkeypatch):
+def test_problems_of_a_mesh_are_listed_without_placing_taxels(capsys, tmp_path, monkeypatch):
     monkeypatch.setattr(mesh_skin, "place_taxels", lambda *_: pytest.fail("taxels were placed"))
     mesh = tmp_path / "pad.obj"
     mesh.write_text(TETRAHEDRON + "f 1 1 2\n")
     assert "zero-area-face" in [one["kind"] for one in result_of(capsys, "inspect", mesh)["problems"]]
 
 
-def test_mesh_without_room_for_taxels_is_described_with_the_problem(capsys, tmp_path):
+def test_mesh_too_small_for_taxels_is_described_with_the_problem(capsys, tmp_path):
     mesh = tmp_path / "shreds.obj"
     corners = [f"v {number} 0 0\nv {number}.01 0 0\nv {number} 0.01 0\n" for number in range(3000)]
     mesh.write_text("".join(corners) + "".join(f"f {3 * n + 1} {3 * n + 2} {3 * n + 3}\n" for n in range(3000)))
@@ -246,7 +246,7 @@ def test_faces_with_fewer_than_three_corners_are_counted_with_the_first_line(cap
 
 
 @pytest.mark.parametrize("command", ["inspect", "map"])
-def test_wrong_corner_of_a_mesh_is_one_line_in_both_commands(capsys, tmp_path, command):
+def test_unknown_vertex_of_a_mesh_gives_one_line_in_both_commands(capsys, tmp_path, command):
     mesh = tmp_path / "pad.obj"
     mesh.write_text(TETRAHEDRON + "f 0 1 2\n")
     status, _, err = call(capsys, command, mesh)

@@ -40,7 +40,7 @@ def readings(tmp_path):
     return str(path)
 
 
-def test_file_is_reported_in_numbers(readings, skin, capsys, tmp_path):
+def test_readings_of_a_file_are_summarized_in_numbers(readings, skin, capsys, tmp_path):
     target = str(tmp_path / "felt.mcap")
     assert main(["listen", readings, "--skin", skin, "--tare", "10", "-o", target, "--json"]) == 0
     captured = capsys.readouterr()
@@ -113,7 +113,7 @@ def test_contacts_side_by_side_are_separated_or_joined_as_requested_and_recorded
         assert open_recording(target).runtime_settings_at(0).reading.close_contacts == choice
 
 
-def test_weight_calibrates_and_is_kept(readings, skin, capsys, tmp_path):
+def test_weight_calibrates_the_skin_and_is_recorded(readings, skin, capsys, tmp_path):
     kept = str(tmp_path / "gains.csv")
     weigh = ["--tare", "10", "--weight", "0.30591", "--save-calibration", kept]
     assert main(["listen", readings, "--skin", skin, *weigh]) == 1
@@ -142,7 +142,7 @@ def test_failed_weighing_does_not_replace_a_recording(readings, skin, capsys, tm
     assert len(open_recording(target)) == 29
 
 
-def test_packets_of_a_port_are_received_for_so_long(skin, capsys):
+def test_packets_are_received_for_the_requested_duration(skin, capsys):
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]

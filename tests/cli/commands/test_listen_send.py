@@ -255,7 +255,7 @@ def test_token_from_a_file_is_the_token(trial):
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="this system has no /dev/full to simulate a full disk")
-def test_recording_that_fails_is_the_reason_why_sending_stops(trial):
+def test_failed_recording_is_the_reported_reason_for_the_stop(trial):
     def fill(trial):
         (opened,) = (
             file
@@ -344,7 +344,7 @@ def test_force_limit_of_the_command_line_stops_at_the_strongest_contact(trial, f
 
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize(("force", "sign"), [(6.0, 1.0), (0.7, -1.0)])
-def test_speed_limit_of_the_command_line_holds_in_both_directions(trial, force, sign):
+def test_speed_limit_of_the_command_line_applies_in_both_directions(trial, force, sign):
     def press(trial):
         trial.values = pressed(force)
 
@@ -415,7 +415,7 @@ def test_sending_waits_for_a_sender_that_starts_later_and_records_meanwhile(tria
     assert not (trial.folder / "felt.new.mcap").exists(), "Ctrl-C is the normal end of listening"
 
 
-def test_two_programs_do_not_move_one_robot():
+def test_second_program_cannot_move_the_same_robot():
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as driver:
         driver.bind((LOOPBACK, 0))
         address = f"udp://localhost:{driver.getsockname()[1]}"

@@ -40,7 +40,7 @@ def cap(tmp_path_factory) -> Path:
 @pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("ending", ENDINGS)
-def test_every_ending_is_written(capsys, cap, tmp_path, ending):
+def test_every_output_format_is_written(capsys, cap, tmp_path, ending):
     target = tmp_path / f"map{ending}"
     assert result_of(capsys, "map", cap, *FEW, "-o", target)["file"] == str(target)
     assert target.stat().st_size > 500
@@ -48,7 +48,7 @@ def test_every_ending_is_written(capsys, cap, tmp_path, ending):
 
 
 @pytest.mark.long
-def test_millimetres_are_noticed(capsys, cap):
+def test_units_of_millimetres_are_detected(capsys, cap):
     result = result_of(capsys, "map", cap, *FEW)
     assert "units" in {finding["kind"] for finding in result["findings"]}
 
@@ -86,7 +86,7 @@ def test_unwrapped_obj_is_read_as_a_map(capsys, cap, tmp_path):
 
 
 @pytest.mark.long
-def test_two_maps_are_set_side_by_side(capsys, cap, tmp_path):
+def test_two_maps_are_compared(capsys, cap, tmp_path):
     other = tmp_path / "tutte.npz"
     skin = tmp_path / "skin.npz"
     result_of(capsys, "map", cap, *FEW, "-o", skin)
@@ -190,7 +190,7 @@ def test_stretch_of_a_degenerate_face_is_infinite(capsys):
     assert "1.000 median, infinite p95, infinite max" in out
 
 
-def test_grid_between_two_corners(capsys, cap):
+def test_grid_is_placed_between_two_corners(capsys, cap):
     result = result_of(capsys, "map", cap, *GRID)
     assert (result["taxels"], result["identity"]["ids"]["last"]) == (24, 23)
     assert "grid-pitch" in {finding["kind"] for finding in result["findings"]}
@@ -198,7 +198,7 @@ def test_grid_between_two_corners(capsys, cap):
 
 @pytest.mark.long
 @pytest.mark.parametrize("first", ["-30,-20,90", "-.3e2,-20,9e1"])
-def test_value_may_begin_with_a_minus_sign(capsys, cap, first):
+def test_option_value_may_start_with_a_minus_sign(capsys, cap, first):
     joined = result_of(capsys, "map", cap, "--grid", "2x3", f"--from={first}", "--to=-10,-5.5,90")
     apart = result_of(capsys, "map", cap, "--grid", "2x3", "--from", first, "--to", "-10,-5.5,90")
     assert apart["stress"] == joined["stress"]

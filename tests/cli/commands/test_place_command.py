@@ -127,7 +127,7 @@ def test_touches_at_known_places_correct_the_file(stated, tmp_path, capsys):
     assert (taxels.normals * NORMALS).sum(axis=1).min() > np.cos(np.radians(3))
 
 
-def test_rows_on_other_links_are_stated(stated, tmp_path, capsys):
+def test_rows_on_other_links_are_reported(stated, tmp_path, capsys):
     places, readings = touch_readings(12)
     links = ["bowl"] * 10 + ["bowll", "cup"]
     log = tmp_path / "touches.csv"
@@ -222,7 +222,7 @@ def test_guide_example_of_a_robot_that_touches_itself_prints_what_the_guide_stat
         ("x,y,z,100\n,,,0\n0,0,up,9\n", "line 3, z: expected a number"),
     ],
 )
-def test_mistake_in_the_touches_is_named(stated, tmp_path, capsys, text, problem):
+def test_invalid_touch_is_reported(stated, tmp_path, capsys, text, problem):
     log = tmp_path / "touches.csv"
     log.write_text(text)
     assert main(["place", stated, "--touches", str(log)]) == 1
@@ -231,7 +231,7 @@ def test_mistake_in_the_touches_is_named(stated, tmp_path, capsys, text, problem
     assert re.search(problem, message), message
 
 
-def test_input_without_robot_or_modules_is_refused(stated, robot, tmp_path, capsys):
+def test_input_without_robot_or_modules_is_rejected(stated, robot, tmp_path, capsys):
     assert main(["place", stated]) == 2
     assert "no robot carries the taxels" in capsys.readouterr().err
     (taxels,) = read_taxel_sets(stated)

@@ -51,7 +51,7 @@ def unsteady_scene(tmp_path):
 
 
 @pytest.mark.long
-def test_recording_is_named_and_stops_again(unsteady_scene, tmp_path, capsys):
+def test_recording_of_a_diverged_run_is_named_and_reproduces_the_failure(unsteady_scene, tmp_path, capsys):
     target = str(tmp_path / "run.mcap")
     assert main(["run", "--scene", unsteady_scene, "--for", "5", "-o", target]) == 1
     output = capsys.readouterr().err
@@ -111,7 +111,7 @@ def test_interrupted_run_does_not_replace_a_recording_and_names_both(monkeypatch
     assert 0 < len(player) <= 10
 
 
-def test_less_than_a_tick_simulates_one_tick(tmp_path):
+def test_duration_below_one_tick_simulates_one_tick(tmp_path):
     target = tmp_path / "short.mcap"
     assert main(["run", "--scene", "arm", "--for", "1e-9", "-o", str(target)]) == 0
     assert len(RecordingPlayer(target)) == 1
@@ -142,7 +142,7 @@ def strongest(capsys, *words) -> float:
 
 
 @pytest.mark.long
-def test_script_plays_instead_of_the_scenes(capsys, scene, tmp_path):
+def test_given_script_replaces_that_of_the_scene(capsys, scene, tmp_path):
     script = tmp_path / "script.toml"
     save_stimuli([Poke(force=1.5, press=0.1)], script)
     assert strongest(capsys, scene) == 0
@@ -150,7 +150,7 @@ def test_script_plays_instead_of_the_scenes(capsys, scene, tmp_path):
 
 
 @pytest.mark.long
-def test_bad_script_is_named(capsys, scene, tmp_path):
+def test_invalid_script_is_named(capsys, scene, tmp_path):
     script = tmp_path / "script.toml"
     script.write_text('[[stimuli]]\nkind = "pok"\n')
     assert main(["run", scene, "--stimuli", str(script)]) == 1
@@ -158,7 +158,7 @@ def test_bad_script_is_named(capsys, scene, tmp_path):
 
 
 @pytest.mark.long
-def test_pokes_by_hand_are_written_as_a_script(capsys, tmp_path):
+def test_pokes_of_the_user_are_written_as_a_script(capsys, tmp_path):
     recording = tmp_path / "demo.mcap"
     script = tmp_path / "script.toml"
     record(small_arm(), recording, ticks=160)
@@ -171,7 +171,7 @@ def test_pokes_by_hand_are_written_as_a_script(capsys, tmp_path):
     assert "already" in capsys.readouterr().err
 
 
-def test_recordings_without_pokes_are_refused(capsys, tmp_path):
+def test_recording_without_pokes_is_rejected(capsys, tmp_path):
     recording = tmp_path / "still.mcap"
     record(small_arm(), recording, ticks=10)
     assert main(["replay", str(recording), "--stimuli", str(tmp_path / "script.toml")]) == 1
@@ -180,7 +180,7 @@ def test_recordings_without_pokes_are_refused(capsys, tmp_path):
 
 @pytest.mark.long
 @pytest.mark.parametrize("script", ["", '[[stimuli]]\nkind = "poke"\npatch = "hand"\nat = [0.5, 0.5]\n'])
-def test_fingers_are_simulated_for_a_script_alone(monkeypatch, capsys, tmp_path, script):
+def test_fingers_are_simulated_only_for_a_script(monkeypatch, capsys, tmp_path, script):
     path = tmp_path / "scene.toml"
     seen = []
     path.write_text(f'robot = "arm"\n[cover]\nlinks = ["hand"]\ntaxels = 30\n{script}')
@@ -256,7 +256,7 @@ at = [0.4906, 0.2104, 0.598]
 
 
 @pytest.mark.long
-def test_readings_on_bent_skin_are_stated_with_their_farthest_ratio_to_the_force(tmp_path, capsys):
+def test_extreme_ratio_of_readings_to_force_on_curved_skin_is_stated(tmp_path, capsys):
     path = tmp_path / "bent.toml"
     path.write_text(BENT)
     assert main(["run", "--scene", str(path), "--for", "0.2", "--json"]) == 0
@@ -298,7 +298,7 @@ def test_served_run_prints_its_address_and_follows_real_time(capsys):
 
 
 @pytest.mark.long
-def test_links_that_are_covered_are_named(tmp_path, capsys):
+def test_covered_links_are_listed(tmp_path, capsys):
     scene = tmp_path / "arm.toml"
     scene.write_text('robot = "arm"\n[cover]\nlinks = ["hand", "forearm"]\ntaxels = 200\n')
     assert main(["run", "--scene", str(scene), "--for", "0.01"]) == 0

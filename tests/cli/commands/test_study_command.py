@@ -31,14 +31,14 @@ def test_quick_run_writes_table_and_page(name, tmp_path, capsys):
     assert all(file.stat().st_size > 200 for file in files)
 
 
-def test_unknown_name_is_bad_usage_and_lists_the_names(tmp_path, capsys):
+def test_unknown_study_is_a_usage_error_that_lists_the_names(tmp_path, capsys):
     assert main(["study", "coffee-cost", "-o", str(tmp_path)]) == 2
     found = capsys.readouterr().err
     assert "coffee-cost" in found
     assert "map-cost or image-cost" in found
 
 
-def test_jobs_below_zero_are_bad_usage(tmp_path, capsys):
+def test_negative_number_of_jobs_is_a_usage_error(tmp_path, capsys):
     assert main(["study", "map-cost", "--jobs", "-1", "-o", str(tmp_path)]) == 2
     assert "--jobs" in capsys.readouterr().err
 
@@ -71,7 +71,7 @@ def test_ctrl_c_keeps_finished_cases_for_resume(tmp_path, capsys, monkeypatch):
 
 
 @pytest.mark.long
-def test_budget_ends_the_study_with_the_table_so_far(tmp_path, capsys, monkeypatch):
+def test_expired_budget_ends_the_study_with_a_partial_table(tmp_path, capsys, monkeypatch):
     words = ["study", "image-cost", "--quick", "--json", "-o", str(tmp_path)]
     clock = time.monotonic
     later = [0.0]

@@ -51,7 +51,7 @@ def test_given_weight_and_model_are_printed_and_written_to_a_page(capsys, scene,
 
 
 @pytest.mark.long
-def test_reading_that_is_off_fails(capsys, scene):
+def test_wrong_reading_exits_with_a_failure(capsys, scene):
     """MuJoCo's own taxels feel depth, not force."""
     assert main(["weigh", scene, "--model", "depth", "--json"]) == 1
     result = json.loads(capsys.readouterr().out.splitlines()[-1])
@@ -66,7 +66,7 @@ def test_reading_that_is_off_fails(capsys, scene):
         (["--mass", "heavy"], "mass"),
     ],
 )
-def test_bad_usage(capsys, scene, words, output):
+def test_invalid_arguments_are_usage_errors(capsys, scene, words, output):
     assert main(["weigh", scene, *words]) == 2
     assert output in capsys.readouterr().err
 

@@ -62,7 +62,7 @@ def noisy(radius: float, depth: float, share: float = 0.05):
         (4, 1.9e5),
     ],
 )
-def test_condition_grows_with_depth_as_theory_says(depth, condition):
+def test_condition_number_grows_with_depth_as_predicted(depth, condition):
     values = np.linalg.svd(points_matrix(depth * PITCH), compute_uv=False)
     rank = numerical_rank(values, np.ones(len(TAXELS)), 0.0, unknowns=len(TAXELS))
     assert rank.condition == pytest.approx(condition, rel=0.2)
@@ -70,7 +70,7 @@ def test_condition_grows_with_depth_as_theory_says(depth, condition):
 
 
 @pytest.mark.parametrize(("depth", "lost"), [(0.25, 0.85), (0.5, 0.47)])
-def test_point_forces_above_shallow_taxels_are_well_conditioned_and_wrong(depth, lost):
+def test_point_forces_above_shallow_taxels_are_well_conditioned_but_inaccurate(depth, lost):
     matrix = points_matrix(depth * PITCH)
     assert np.linalg.cond(matrix) < 1.3
     found = [np.linalg.solve(matrix, own).sum() for own in exact_readings(6e-3, depth * PITCH, points=True)]
@@ -80,7 +80,7 @@ def test_point_forces_above_shallow_taxels_are_well_conditioned_and_wrong(depth,
 @pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize(("depth", "off"), [(0.25, 0.05), (0.5, 0.02)])
-def test_patches_averaged_over_taxels_are_right(depth, off):
+def test_patches_averaged_over_taxels_are_accurate(depth, off):
     matrix = area_blur(depth * PITCH)
     found = np.array([np.linalg.solve(matrix, own).sum() * AREA for own in exact_readings(6e-3, depth * PITCH)])
     assert np.abs(found - 1).mean() == pytest.approx(off, abs=0.02)
@@ -89,7 +89,7 @@ def test_patches_averaged_over_taxels_are_right(depth, off):
 @pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("depth", [0.5, 1.0])
-def test_thresholding_loses_force_and_the_ring_brings_it_back(depth):
+def test_thresholding_loses_force_and_the_ring_recovers_it(depth):
     parts = [
         [1 - AREA * own[part].sum() for part in contact_region(own, 0.0)] for own in exact_readings(8e-3, depth * PITCH)
     ]
@@ -101,7 +101,7 @@ def test_thresholding_loses_force_and_the_ring_brings_it_back(depth):
 @pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("depth", [0.25, 0.5, 1.0])
-def test_least_squares_over_a_whole_map_turn_noise_into_force_and_segmented_ones_do_not(depth):
+def test_noise_becomes_force_in_least_squares_over_the_map_but_not_over_segments(depth):
     matrix = area_blur(depth * PITCH)
     everywhere = []
     segmented = []
@@ -114,7 +114,7 @@ def test_least_squares_over_a_whole_map_turn_noise_into_force_and_segmented_ones
 
 
 @pytest.mark.long
-def test_a_deep_skin_keeps_the_total_and_loses_the_shape():
+def test_deep_skin_conserves_total_force_and_loses_its_distribution():
     """A depth of twice the pitch: least squares oscillate, Tikhonov and NNLS do not; every method keeps the sum."""
     matrix = area_blur(2 * PITCH)
     sizes = []

@@ -24,7 +24,7 @@ ALL = np.arange(len(SKIN))
 
 
 @pytest.mark.parametrize("depth", [0.002, 0.008])
-def test_its_columns_keep_force(depth):
+def test_columns_of_the_blur_matrix_conserve_force(depth):
     """All taxels together measure the force on an area at any depth."""
     matrix = ContactOperator(SKIN, depth).blur(ALL).matrix
     np.testing.assert_allclose(SKIN.areas @ matrix, SKIN.areas, rtol=1e-9)
@@ -40,7 +40,7 @@ def test_blur_matrix_agrees_with_the_half_space_model():
     np.testing.assert_allclose(ContactOperator(SKIN, 0.004).blur(ALL).matrix @ pressures, felt, rtol=1e-9)
 
 
-def test_the_newest_parts_are_kept():
+def test_latest_blur_matrices_are_cached():
     spread = ContactOperator(SKIN, 0.004)
     parts = [np.array([k, k + 1, k + 2]) for k in range(40)]
     kept = [spread.blur(part) for part in parts]
@@ -73,7 +73,7 @@ def test_total_obeys_the_balance_of_forces(name, depth):
     assert found.forces.sum() == pytest.approx(found.force, rel=1e-12)
 
 
-def test_region_without_pressure_is_refused_as_a_pull():
+def test_region_without_pressure_is_rejected_as_a_pull():
     given = reading(depth=DEPTH)
     found = build_estimator("tikhonov", SKIN, depth=DEPTH).estimate(replace(given, pressures=-given.pressures))
     assert found.refused is EstimateRefusal.PULL
@@ -83,7 +83,7 @@ def test_region_without_pressure_is_refused_as_a_pull():
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", ["local-nnls", "tikhonov"])
-def test_the_error_bar_is_how_far_noise_moves_the_force(name):
+def test_error_bar_matches_the_scatter_of_force_due_to_noise(name):
     estimator = build_estimator(name, SKIN, depth=DEPTH)
     exact = reading(depth=DEPTH)
     noise = 0.02 * exact.region.peak
@@ -98,7 +98,7 @@ def test_the_error_bar_is_how_far_noise_moves_the_force(name):
     assert np.std(forces) == pytest.approx(np.median(reported), rel=0.15)
 
 
-def test_peak_and_mean_are_those_of_the_distribution():
+def test_peak_and_mean_match_the_distribution():
     found = build_estimator("local-nnls", SKIN, depth=DEPTH).estimate(reading(depth=DEPTH))
     pressures = found.forces / SKIN.areas[found.taxels]
     assert found.peak == pytest.approx(pressures.max())
@@ -108,7 +108,7 @@ def test_peak_and_mean_are_those_of_the_distribution():
 
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("depth", [0.25 * PITCH, 0.5 * PITCH, PITCH])
-def test_force_is_found_below_a_cover_and_its_peak_is_sharper(depth):
+def test_force_under_a_cover_is_estimated_with_a_sharper_peak(depth):
     given = reading(depth=depth)
     found = build_estimator("local-nnls", SKIN, depth=depth).estimate(given)
     summed = AreaSum(SKIN).estimate(given)
@@ -135,7 +135,7 @@ def test_deep_cover_gives_a_total_without_distribution():
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("depth", [0.25 * PITCH, 0.5 * PITCH, PITCH])
 @pytest.mark.parametrize("share", [0.0, 0.05])
-def test_force_is_found_below_a_cover(depth, share):
+def test_force_under_a_cover_is_estimated(depth, share):
     exact = reading(depth=depth)
     given = reading(depth=depth, noise=share * exact.region.peak) if share else exact
     found = build_estimator("tikhonov", SKIN, depth=depth).estimate(given)
@@ -163,7 +163,7 @@ def test_readings_within_noise_give_no_pressure():
 
 
 @pytest.mark.parametrize("noise", [0.01, 0.1, 0.5])
-def test_the_residual_is_the_noise(noise):
+def test_residual_equals_the_noise(noise):
     random = np.random.default_rng(1)
     matrix = random.normal(size=(20, 12))
     readings = random.normal(size=20)

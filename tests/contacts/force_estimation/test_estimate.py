@@ -17,7 +17,7 @@ from tests.contacts.force_estimation.readings_by_hand import SKIN, reading
 
 
 @pytest.mark.parametrize("value", [[1.0, 2.0], [1.0, 2.0, float("nan")]])
-def test_a_wrench_is_six_finite_numbers(value):
+def test_wrench_is_six_finite_numbers(value):
     with pytest.raises(MapError, match="three finite numbers"):
         Wrench(np.array(value), np.zeros(3))
 
@@ -37,7 +37,7 @@ def test_rank_is_full_without_noise():
     assert rank.refusal is None
 
 
-def test_noise_hides_what_is_weak():
+def test_noise_reduces_the_effective_rank():
     assert numerical_rank(FALLING, np.ones(4), 0.05, unknowns=4).effective == 3
     assert numerical_rank(FALLING, np.ones(4), 0.2, unknowns=4).effective == 2
     assert numerical_rank(FALLING, np.ones(4), 0.2, unknowns=4).refusal is None, "half is enough"

@@ -24,7 +24,7 @@ from tests.support.touch import bar_map, bar_skin
 
 
 @pytest.mark.parametrize("name", ESTIMATORS)
-def test_every_estimator_finds_the_force(name):
+def test_every_estimator_recovers_the_force(name):
     given = reading(depth=0.003, wrench=Wrench(-10.0 * UP, np.cross(PLACE, -10.0 * UP)))
     found = build_estimator(name, SKIN, depth=0.003).estimate(given)
     assert found.force == pytest.approx(10.0, rel=0.1)
@@ -55,7 +55,7 @@ def wrench_of(*loads: Load) -> dict[str, np.ndarray]:
     return {"bar": np.concatenate([sum(forces), sum(torques)])}
 
 
-def test_the_area_sum_leaves_everything_as_it_is():
+def test_area_sum_leaves_regions_unchanged():
     pressures = felt(ball(0.2))
     regions = ContactDetector(MAP).read(pressures)
     got, estimates = RegionForceEstimator(MAP).read(regions, pressures, EXACT)
@@ -74,7 +74,7 @@ def test_ring_taxels_between_two_contacts_count_once(name):
 
 
 @pytest.mark.parametrize("name", ["local-nnls", "tikhonov"])
-def test_a_region_carries_the_estimated_force_and_its_error(name):
+def test_region_carries_the_estimated_force_and_its_error(name):
     pressures = felt(ball(0.2), below=True)
     errors = SensorUncertainty(noise=300.0, gain=0.05)
     regions = ContactDetector(MAP, errors=errors).read(pressures)
@@ -91,7 +91,7 @@ def test_a_region_carries_the_estimated_force_and_its_error(name):
 
 
 @pytest.mark.parametrize("name", ["local-nnls", "tikhonov"])
-def test_uncertainty_of_an_estimate_has_the_parts_of_the_sensor_and_its_own(name):
+def test_uncertainty_of_an_estimate_combines_sensor_and_estimator_parts(name):
     sensor = SensorEffects(noise=Noise(300.0), gain_spread=GainSpread(0.05), hysteresis=Hysteresis())
     pressures = felt(ball(0.2), below=True)
     errors = SensorUncertainty.of_sensor(sensor)
@@ -109,7 +109,7 @@ def test_uncertainty_of_an_estimate_has_the_parts_of_the_sensor_and_its_own(name
     assert got.force_error == estimates[got.id].force_error
 
 
-def test_force_torque_sensor_has_none_of_the_parts_of_the_skin():
+def test_force_torque_sensor_has_no_uncertainty_from_the_skin():
     errors = SensorUncertainty.of_sensor(SensorEffects(hysteresis=Hysteresis()))
     pressures = felt(ball(0.2))
     load = ball(0.2)
@@ -138,7 +138,7 @@ def test_held_sample_is_estimated_once():
 
 
 @pytest.mark.long
-def test_region_keeps_the_sum_if_a_method_refuses():
+def test_region_keeps_the_area_sum_if_an_estimator_fails():
     deep = 4 * DEPTH
     pressures = HalfSpaceModel(FOREARM_SKIN, layer=ElasticLayer(depth=deep)).pressures([ball(0.2)])
     noise = 0.1 * float(pressures.max())
@@ -178,7 +178,7 @@ def test_pull_is_not_a_contact_force():
     assert got.force == region.force > 0
 
 
-def test_a_sensor_in_the_link_knows_one_contact_exactly():
+def test_link_sensor_measures_a_single_contact_exactly():
     pressures = felt(ball(0.2))
     regions = ContactDetector(MAP).read(pressures)
     (got,), _ = RegionForceEstimator(MAP, estimator="lumped").read(regions, pressures, EXACT, wrench_of(ball(0.2)))
@@ -191,7 +191,7 @@ def test_a_sensor_in_the_link_knows_one_contact_exactly():
     assert (got.force_error, got.place_error) == (0.0, 0.0)
 
 
-def test_a_sensor_in_the_link_sees_two_contacts_as_one_between_them():
+def test_link_sensor_measures_two_contacts_as_one_between_them():
     loads = ball(0.1), ball(0.3, 5.0)
     pressures = felt(*loads)
     regions = ContactDetector(MAP).read(pressures)
@@ -218,7 +218,7 @@ def test_lumped_contact_keeps_its_id_while_regions_change():
     assert got.id == 2, "once let go, it is another"
 
 
-def test_the_lumped_contact_is_awaited_with_those_of_its_link():
+def test_lumped_contact_is_kept_while_a_lost_contact_of_its_link_is_kept():
     forces = RegionForceEstimator(MAP, estimator="lumped")
     pressures = felt(ball(0.2))
     regions = tuple(replace(region, id=5) for region in ContactDetector(MAP).read(pressures))
@@ -233,7 +233,7 @@ def test_the_lumped_contact_is_awaited_with_those_of_its_link():
     assert set(forces.awaited) == set()
 
 
-def test_a_line_that_misses_leaves_the_skins_word():
+def test_wrench_line_that_misses_the_skin_keeps_the_strongest_contact():
     pressures = felt(ball(0.2), ball(0.1, 5.0))
     regions = ContactDetector(MAP).read(pressures)
     twist = {"bar": np.array([0, 0, -10.0, 5.0, 5.0, 0])}
@@ -243,7 +243,7 @@ def test_a_line_that_misses_leaves_the_skins_word():
 
 
 @pytest.mark.long
-def test_the_sensors_noise_is_what_the_error_bars_say():
+def test_error_bars_match_the_noise_of_the_sensor():
     pressures = felt(ball(0.2))
     noise = 0.05
     regions = ContactDetector(MAP).read(pressures)
@@ -257,7 +257,7 @@ def test_the_sensors_noise_is_what_the_error_bars_say():
     assert again.force == runs[0].force, "a reset starts the noise again"
 
 
-def test_another_skin_rebuilds_the_equations():
+def test_equations_are_rebuilt_for_another_skin():
     moved = build_map(bar_skin(200, finer=2))
     assert len(moved.skin.patches[0].surface.faces) > len(FOREARM_SKIN.patches[0].surface.faces)
     pressures = felt(ball(0.2))

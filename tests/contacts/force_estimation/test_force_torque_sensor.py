@@ -17,7 +17,7 @@ def wrench_at(point, force) -> Wrench:
     return Wrench(force, np.cross(point, force))
 
 
-def test_pushes_all_over_an_arm_are_found_where_they_are():
+def test_pushes_anywhere_on_an_arm_are_located_correctly():
     """The line of force enters a tube on the pushed side, and its exit is never chosen."""
     skin = arm().skin
     detector = ContactDetector(arm().map)
@@ -36,7 +36,7 @@ def test_pushes_all_over_an_arm_are_found_where_they_are():
         assert found.force == pytest.approx(4.0, rel=0.05)
 
 
-def test_friction_leans_the_force_but_does_not_move_its_place():
+def test_friction_tilts_the_force_but_does_not_move_its_position():
     force = np.array([3.0, 0.0, -10.0])
     found = ForceTorqueSensor(SKIN).estimate(reading(wrench=wrench_at(PLACE, force)))
     assert SKIN.position(found.at) == pytest.approx(PLACE, abs=1e-6)
@@ -52,7 +52,7 @@ def test_friction_leans_the_force_but_does_not_move_its_place():
     ],
     ids=["outside", "pulling", "torque alone"],
 )
-def test_estimate_without_place_states_the_reason(wrench, why):
+def test_estimate_without_position_states_the_reason(wrench, why):
     found = ForceTorqueSensor(SKIN).estimate(reading(wrench=wrench))
     assert found.at is None
     assert found.refused is why

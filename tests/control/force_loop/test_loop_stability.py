@@ -134,7 +134,7 @@ def second_order(ratio, *, omega=10.0):
 
 @pytest.mark.parametrize("ratio", [0.2, 0.4, 0.6])
 @pytest.mark.parametrize(("before", "goal"), [(0.0, 1.0), (2.0, 6.0), (5.0, 1.0)])
-def test_overshoot_is_that_of_the_textbook_for_steps_up_and_down(ratio, before, goal):
+def test_overshoot_matches_the_textbook_for_steps_up_and_down(ratio, before, goal):
     found = step_response(TIME, before + (goal - before) * second_order(ratio), before=before, goal=goal)
     assert found.overshoot == pytest.approx(np.exp(-np.pi * ratio / np.sqrt(1 - ratio**2)), rel=1e-3)
     assert (found.before, found.goal) == (before, goal)

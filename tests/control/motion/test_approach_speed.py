@@ -124,7 +124,7 @@ def test_no_taxel_hits_harder_than_the_reported_impact():
         assert max(peaks) <= 1.03 * approach(20.0).impact(configuration, speed)[0]
 
 
-def test_robot_without_joints_hits_nothing():
+def test_robot_without_joints_has_no_impact():
     bar = prepared_bar(hinged=False)
     found = ApproachSpeed(TaxelMotions.of(bar.skin), 1.0, 2e4, TICK).impact(Configuration(bar.robot), np.zeros(0))
     assert found == (0.0, "")

@@ -36,7 +36,7 @@ from tests.support.touch import arm, bar
 STILL = np.zeros(1)
 
 
-def test_stiffness_and_damping_are_those_of_a_second_order_joint():
+def test_stiffness_and_damping_match_a_second_order_joint():
     command = joint_impedance(np.array([2.0, 0.5, 0.0]), np.zeros(3), frequency=3.0, damping_ratio=0.7)
     assert command.stiffness == pytest.approx([18.0, 4.5, 9 * MIN_INERTIA]), "a weightless joint still holds"
     assert command.damping[:2] == pytest.approx(2 * 0.7 * np.sqrt(command.stiffness * [2.0, 0.5, 0.0])[:2])
@@ -75,7 +75,7 @@ def test_every_joint_has_the_requested_frequency_and_damping_ratio_at_any_postur
     assert impedance.deviation() is None
 
 
-def test_joint_with_more_damping_of_its_own_than_requested_is_reported():
+def test_joint_with_more_own_damping_than_requested_is_reported():
     robot = arm().robot
     configuration = Configuration(robot)
     own = configuration.joint_damping
@@ -91,7 +91,7 @@ def test_joint_with_more_damping_of_its_own_than_requested_is_reported():
     assert kinds(controller.why_limited) == [LimitKind.JOINT_RESPONSE]
 
 
-def test_joint_with_much_damping_of_its_own_follows_a_motion_with_the_requested_lag():
+def test_joint_with_high_own_damping_follows_a_motion_with_the_requested_lag():
     """Joints with critical damping follow a steady motion 2 / frequency late; the rest is not changed."""
     inertia = np.array([2.0, 0.5])
     own = np.array([0.0, 400.0])  # five times the critical damping at 80 rad/s
@@ -191,7 +191,7 @@ def test_hinges_slides_and_stated_limits_have_their_own_speeds():
     ]
 
 
-def test_desired_posture_stays_where_the_torque_of_the_joint_ends():
+def test_desired_posture_does_not_run_ahead_at_the_torque_limit():
     reference = Reference(max_effort=2.0)
     for _ in range(50):
         reference.step(0.0, 1.0)

@@ -34,7 +34,7 @@ class Bench:
         return self.configuration.pose(skin.link(at)).points(skin.position(at))
 
 
-def test_jacobian_turns_with_the_link():
+def test_jacobian_rotates_with_the_link():
     bench = Bench(prepared_bar())
     assert bench.kinematics.pitch == pytest.approx(np.sqrt(0.38 * 0.1 / 60), rel=0.01)
     assert bench.kinematics.transitions is bench.kinematics.transitions
@@ -45,7 +45,7 @@ def test_jacobian_turns_with_the_link():
     assert bench.jacobian(20) @ rotation[:, 2] == pytest.approx([0, 0], abs=1e-9), "none for motion along the normal"
 
 
-def test_error_within_a_piece_of_the_map_is_straight():
+def test_error_within_a_patch_is_the_straight_map_vector():
     bench = Bench(prepared_bar())
     assert bench.error(10, 50)[0] == pytest.approx(bench.map.taxel_points[50] - bench.map.taxel_points[10])
 
@@ -64,7 +64,7 @@ def test_error_across_a_seam_is_as_long_as_on_the_body():
     assert count > 3
 
 
-def test_error_from_link_to_link_is_the_way_in_space():
+def test_error_between_links_is_the_distance_in_space():
     bench = Bench(arm())
     here = int(bench.map.skin.first[1]) + 10
     error, jacobian = bench.error(here, 3)

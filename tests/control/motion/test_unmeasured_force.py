@@ -110,7 +110,7 @@ def found_in(forces: Sequence[float], *, latency: float = 0.0) -> list[float]:
 
 
 @pytest.mark.parametrize("latency", [0.0, 0.005, 0.04])
-def test_rising_force_is_found_no_later_than_the_filter_is(latency):
+def test_rising_force_is_detected_within_the_delay_of_the_filter(latency):
     rate = 300.0
     forces = [rate * TICK * tick for tick in range(100)]
     late = [force - found for force, found in zip(forces, found_in(forces, latency=latency), strict=True)]
@@ -118,7 +118,7 @@ def test_rising_force_is_found_no_later_than_the_filter_is(latency):
     assert min(late) >= 0
 
 
-def test_peak_on_a_lasting_force_counts_by_a_third_at_most():
+def test_peak_on_a_lasting_force_adds_at_most_a_third():
     """The peak is that of an impact on the skin that is read ``latency`` later; the filter lengthens it."""
     latency = 0.02
     forces = [10.0] * 60 + [60.0] * round(latency / TICK) + [10.0] * 30
@@ -139,7 +139,7 @@ def test_gravity_and_dry_friction_do_not_count():
     assert seen(rough, torque).force > 4
 
 
-def test_joint_at_its_limit_is_left_out():
+def test_joint_at_its_limit_is_excluded():
     torque = force_torque(bar(), "bar", (0.39, 0, -0.02), (0, 0, 60.0))
     assert seen(bar(), torque, posture=np.array([HINGE_LIMIT - 0.01])).force > 50
     assert seen(bar(), torque, posture=np.array([HINGE_LIMIT])).force == 0
@@ -158,7 +158,7 @@ def test_torque_of_a_joint_without_surface_does_not_count():
     assert seen(robot, pressed).force > 50, "the other joint still counts"
 
 
-def test_coupled_joints_are_left_out():
+def test_coupled_joints_are_excluded():
     robot = arm().robot
     coupling = f'<equality><joint joint1="{robot.joints[0].name}" joint2="{robot.joints[3].name}"/></equality>'
     coupled = replace(robot, mjcf=robot.mjcf.replace("</mujoco>", f"{coupling}</mujoco>"))

@@ -40,7 +40,7 @@ def of_arm() -> Clearance:
 
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("moved", [0.0, 0.01, 0.029, 0.035])
-def test_room_is_the_distance_less_the_margin(moved):
+def test_room_is_the_distance_minus_the_margin(moved):
     gap = blocks().at(np.array([moved]))
     assert gap.room == pytest.approx(0.03 - moved - MARGIN, abs=1e-6)
     assert set(gap.between) == {"left", "right"}
@@ -67,7 +67,7 @@ def test_distance_of_obstacles_of_every_shape(shape, place, room):
         assert set(gap.between) == {"left", "right"}
 
 
-def test_shapes_near_at_the_start_may_stay_as_near():
+def test_shapes_close_at_the_start_may_stay_as_close():
     robot, skin = pair()
     clearance = Clearance(robot, skin)
     clearance.begin(np.array([0.027]), (), "left", np.array([0.0, 0.0, 5.0]), UP)
@@ -127,7 +127,7 @@ def test_place_in_a_bowl_is_touched_on_the_skin():
     assert clearance.on_hull("block", bottom, UP) == pytest.approx(bottom)
 
 
-def test_nothing_comes_too_near_between_two_checked_postures():
+def test_clearance_is_kept_between_two_checked_postures():
     """Checked at many points of the same line, also where one motion begins at the end of another."""
     clearance = of_arm()
     lot = np.random.default_rng(2)

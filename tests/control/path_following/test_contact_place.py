@@ -79,18 +79,18 @@ def test_place_of_a_resting_object_is_estimated_between_taxels(velocity):
     assert np.abs(np.diff(found[passed], axis=0)).max() < 5e-4, "no steps"
 
 
-def test_place_of_an_object_that_moves_by_itself_stays_near_its_reading():
+def test_estimated_place_of_a_moving_object_stays_near_its_reading():
     true, read, found = Slid(rests=False).run(4.0, (0.02, 0.0))
     assert np.linalg.norm(found - read, axis=1).max() <= MOST_OFF * PITCH * (1 + 1e-9)
     assert np.linalg.norm(found[-1] - true[-1]) < PITCH
 
 
-def test_fine_taxels_are_read_as_they_are():
+def test_readings_of_fine_taxels_are_used_unchanged():
     _, read, found = Slid(pitch=SPARSE).run(0.5, (0.01, 0.0))
     assert np.array_equal(read, found)
 
 
-def test_another_contact_begins_at_its_reading():
+def test_new_contact_starts_at_its_measured_position():
     slid = Slid()
     slid.run(2.0, (0.01, 0.0))
     slid.region = replace(slid.region, id=2)

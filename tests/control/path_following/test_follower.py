@@ -96,7 +96,7 @@ def test_other_contacts_do_not_change_a_contact(others):
     assert merged(0.0, left, *(contact(BORDER, x, id_=2) for x in others)) is left
 
 
-def test_contact_is_moved_straight_over_to_a_nearby_place():
+def test_contact_is_moved_straight_to_a_nearby_place():
     bench = Bench(NEAR)
     ways, velocities, crossings = bench.follow(190)
     assert set(crossings) == {None}
@@ -106,7 +106,7 @@ def test_contact_is_moved_straight_over_to_a_nearby_place():
     assert (bench.follower.piece, bench.follower.target.patch) == (1, 1)
 
 
-def test_contact_is_moved_over_gently_until_it_has_arrived():
+def test_contact_is_moved_gently_until_it_has_arrived():
     """The target jumps by 10 mm there."""
     bench = Bench(NEAR)
     bench.follower.go_to(0.01 - 1e-6)

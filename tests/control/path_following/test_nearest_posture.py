@@ -47,7 +47,7 @@ def test_distance_of_a_target_is_that_to_the_workspace(reach, goal, short_by):
     assert found == (None if short_by is None else pytest.approx(short_by, abs=1e-4))
 
 
-def test_distance_of_a_target_beyond_joint_limits_is_that_of_the_best_posture_within(reach):
+def test_distance_of_a_target_beyond_joint_limits_is_that_of_the_best_valid_posture(reach):
     goal = np.array([0.5, 0.0, 2 * LENGTH - 0.2])
     turns = np.linspace(-0.2, 0.2, 201)
     first, second = np.meshgrid(turns, turns)
@@ -57,7 +57,7 @@ def test_distance_of_a_target_beyond_joint_limits_is_that_of_the_best_posture_wi
     assert result(reach(0.2), goal) == pytest.approx(nearest, abs=1e-3)
 
 
-def test_nothing_is_stated_before_the_search_is_over(reach):
+def test_no_distance_is_stated_before_the_search_ends(reach):
     search = reach(2.0)
     goal = np.array([0.0, 0.0, 2 * LENGTH + 0.1])
     assert search.short_by(TARGET, "link2", TIP, goal, STRAIGHT) is None

@@ -45,7 +45,7 @@ def places_of(taxel, count):
 @pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("taxel", [UPPER_ARM, FOREARM, HAND])
-def test_reachable_place_is_never_denied(taxel):
+def test_reachable_place_is_never_reported_as_unreachable(taxel):
     """Goals are taken from postures, so each can be reached, leaning or not."""
     lot = np.random.default_rng(1)
     for posture in postures(5):

@@ -151,7 +151,7 @@ def test_blocked_arm_gives_up_after_the_longest_time():
     assert ticks * DT > LONGEST
 
 
-def test_unreachable_place_is_refused_before_the_contact_is_released():
+def test_unreachable_place_is_rejected_before_the_contact_is_released():
     ride = Ride(NEW, 5)
     ride.go(lambda _: (at(NEW),))
     assert ride.states == [State.PLAN, State.FAILED]

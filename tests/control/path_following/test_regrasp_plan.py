@@ -94,7 +94,7 @@ def test_plan_is_deterministic():
 
 
 @pytest.mark.long
-def test_only_the_touching_place_comes_near_a_known_object():
+def test_only_the_contact_place_approaches_a_known_object():
     """Every posture of the route has room, but for the place that touches."""
     leaves, enters = ends()
     known = ball(leaves)

@@ -64,7 +64,7 @@ def test_without_disturbances_the_contact_moves_as_without_the_observer():
 
 
 @pytest.mark.parametrize(("pitch", "rate"), [(0.002, RATE), (0.004, RATE), (0.0114, 2.20), (0.0228, 1.10)])
-def test_rate_is_that_of_the_position_gain_but_well_below_that_of_passing_taxels(pitch, rate):
+def test_rate_follows_the_position_gain_but_stays_well_below_that_of_passing_taxels(pitch, rate):
     assert observer_rate(RATE, SPEED, pitch) == pytest.approx(rate, rel=0.01)
 
 
@@ -172,7 +172,7 @@ def test_response_with_yielding_joints_and_without_friction_is_that_of_the_dampe
     assert np.array(speeds) == pytest.approx(0.01 * expected[1:], abs=0.0015), "up to the delay of a tick"
 
 
-def test_velocity_for_yielding_joints_is_bounded_and_forgotten():
+def test_soft_joint_compensation_is_bounded_and_discarded_on_reset():
     observer = YieldObserver()
     for _ in range(1000):
         observer.look(np.array([1.0, 0.0]) + observer.added, np.zeros(2), DT)

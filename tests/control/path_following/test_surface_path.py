@@ -68,7 +68,7 @@ def test_path_over_a_seam_continues_without_a_jump_on_the_body():
     assert np.linalg.norm(np.diff(body, axis=0), axis=1).max() < 5 * path.length / 200
 
 
-def test_loop_over_a_seam_comes_back_where_it_was_drawn():
+def test_loop_over_a_seam_returns_to_where_it_was_drawn():
     transitions, inside, outside = over_a_seam()
     across = inside - outside
     side = 0.3 * np.array([across[1], -across[0]])
@@ -113,7 +113,7 @@ def test_path_drawn_from_patch_to_patch_crosses_the_base():
     ],
     ids=["default paths never cross", "straight over nearby", "crosses far along the border", "larger than the patch"],
 )
-def test_path_that_leaves_its_patch(points, how, length, whole, crossings):
+def test_path_that_leaves_its_patch_has_the_expected_crossings_and_length(points, how, length, whole, crossings):
     path = projected(*points, **how)
     assert path.whole == whole
     assert [crossing.way for crossing in path.crossings] == pytest.approx(crossings)
@@ -155,7 +155,7 @@ def test_nearest_point_is_in_the_patch_of_the_place():
 
 
 @pytest.mark.parametrize(("shift", "drawn", "closed"), [(0.0, True, True), (0.04, True, True), (0.04, False, False)])
-def test_path_is_closed_if_it_comes_back_on_the_body(shift, drawn, closed):
+def test_path_is_closed_if_it_returns_to_its_start_on_the_body(shift, drawn, closed):
     ring = [(x + shift, y) for x, y in ((0.02, 0.02), (0.08, 0.02), (0.08, 0.08), (0.02, 0.02))]
     assert projected(*ring, drawn=drawn).closed == closed
 

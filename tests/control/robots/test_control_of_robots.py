@@ -73,7 +73,7 @@ def place(tmp_path_factory):
 @pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize(("name", "trial"), DEFAULT, ids=lambda value: str(value).replace(" ", "-"))
-def test_robots_do_their_task(place, name, trial):
+def test_robots_perform_their_task(place, name, trial):
     outcome = run(place(name, trial.posture), trial)
     assert outcome.tilt_deg > 15, "the place can be pressed"
     assert outcome.verdict == "ok", outcome
@@ -87,7 +87,7 @@ def test_finger_with_soft_joints_keeps_to_its_path(place):
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", distinct(robots_page.rows(), "robot"))
-def test_robots_do_as_the_guide_states(place, name):
+def test_robots_perform_as_stated_in_the_guide(place, name):
     """Failures are listed in the guide: one that is gone is as much a difference as a new one."""
     if BY_NAME[name].missing():
         pytest.skip(BY_NAME[name].missing())
@@ -108,7 +108,7 @@ def _missed(goal: str):
 
 
 @pytest.mark.parametrize("goal", ["press", "limit cycle", "overload", "truth", _missed("path")])
-def test_goals_over_all_robots(goal):
+def test_goals_are_reached_over_all_robots(goal):
     met, text, reached = robots_page.goals(robots_page.rows())[goal]
     assert met, f"{text}: {reached}"
 

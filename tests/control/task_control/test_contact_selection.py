@@ -47,7 +47,7 @@ def test_only_contacts_above_the_goal_are_selected_after_a_reset():
     assert others(selection, 3.0, 2.0) == []
 
 
-def test_other_side_of_a_self_contact_is_left_out():
+def test_other_side_of_a_self_contact_is_not_selected():
     (first,), (other,), (third,) = touch(5.0), touch(5.0, id_=2), touch(5.0, id_=3)
     regions = [replace(first, partner=2), replace(other, partner=1), third]
     assert [region.id for region in ContactSelection().others(regions[0], regions, GOAL)] == [3]
@@ -101,7 +101,7 @@ def test_short_delay_is_not_reported():
     assert reported((8.0, UP), (12.0, DOWN), speed=0.0, seconds=0.9 * PATIENCE, monitor=monitor) == ()
 
 
-def test_contact_that_was_left_out_is_reported_until_it_is_near_its_goal():
+def test_unselected_contact_is_reported_until_it_is_near_its_goal():
     monitor = ReliefMonitor()
     reported((GOAL, UP), (12.0, DOWN), speed=0.0, monitor=monitor)
     for force, kinds in ((12.0, 1), (4.0, 1), (1.05 * GOAL, 0), (12.0, 0)):
@@ -114,7 +114,7 @@ def test_single_contact_is_not_reported_as_opposed():
     assert reported((8.0, UP), speed=0.0) == ()
 
 
-def test_contact_that_joints_move_too_slowly_is_also_reported_alone():
+def test_single_contact_that_joints_move_too_slowly_is_reported():
     limit = Limit(LimitKind.CONTACT_IMMOBILE, ("link 1",), value=8.0, bound=GOAL)
     assert reported((8.0, 0 * UP), speed=0.0) == (limit,)
     assert reported((8.0, 0 * UP), (GOAL, UP), speed=0.0) == (limit,)

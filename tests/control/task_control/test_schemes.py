@@ -344,7 +344,7 @@ def test_virtual_inertia_delays_the_speed_of_each_contact_by_its_time_constant(k
 
 
 @pytest.mark.parametrize("name", CONTROL_SCHEMES)
-def test_velocity_that_makes_up_for_soft_joints_is_not_delayed_by_a_virtual_inertia(name):
+def test_soft_joint_compensation_is_not_delayed_by_virtual_inertia(name):
     """An observer of this velocity that sees it late alternates between its bounds from tick to tick."""
     one = goal()
     added = -0.01 * one.map_axes[0]
@@ -355,7 +355,7 @@ def test_velocity_that_makes_up_for_soft_joints_is_not_delayed_by_a_virtual_iner
         assert moved == pytest.approx(one.map_axes @ made_up, abs=5e-4 if name == "qp" else 1e-9)
 
 
-def test_parallel_draws_a_contact_back_to_where_it_began():
+def test_parallel_pulls_a_contact_back_to_its_start():
     bench = Bench(ParallelScheme)
     one = goal(error=None, force_error=0.0)
     bench.step(one)
@@ -365,7 +365,7 @@ def test_parallel_draws_a_contact_back_to_where_it_began():
     assert not bench.step(deeper).any(), "it begins here"
 
 
-def test_parallel_is_not_drawn_back_by_a_normal_that_turns_on_the_way():
+def test_parallel_is_not_pulled_back_by_a_rotating_normal():
     """A contact moves a quarter of the way round a body of 30 mm: along the first normal it would be 9 mm off."""
     bench = Bench(ParallelScheme)
     one = goal(error=None, force_error=0.0)
@@ -480,7 +480,7 @@ def sheared(force, **changed) -> TaskContact:
 
 
 @pytest.mark.parametrize("name", CONTROL_SCHEMES)
-def test_skin_yields_to_the_force_above_the_goal_of_the_shear(name):
+def test_skin_yields_to_force_above_the_shear_goal(name):
     one = replace(sheared(1.5, error=None), shear_goal=ShearGoal(np.array([0.5, -1.0])))
     moved = one.move @ Bench(name).step(one, ticks=10)
     assert one.map_axes @ moved == pytest.approx([0.01, 0.01], rel=0.05)
@@ -494,7 +494,7 @@ def test_force_within_the_slack_of_its_goal_does_not_move_the_skin(force, speed)
 
 
 @pytest.mark.parametrize("name", CONTROL_SCHEMES)
-def test_place_is_kept_across_the_goal_of_the_shear(name):
+def test_place_is_kept_perpendicular_to_the_shear_goal(name):
     one = replace(sheared(1.5), shear_goal=ShearGoal(np.array([0.5, 0.0])))
     still = replace(one, shear_goal=None)
     moved, usual = (one.map_axes @ c.move @ Bench(name).step(c, ticks=20) for c in (one, still))
@@ -526,7 +526,7 @@ def test_quadratic_program_yields_along_the_skin_before_a_contact_slips():
 
 
 @pytest.mark.parametrize("name", CONTROL_SCHEMES)
-def test_reset_discards_the_past(name):
+def test_reset_discards_integrals_and_filter_states(name):
     bench = Bench(name, ControlSettings())
     one = goal(force_error=-1.0)
     first = bench.step(one)

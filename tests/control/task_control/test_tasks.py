@@ -150,7 +150,7 @@ def test_path_that_leaves_the_skin_is_followed_to_its_border():
     ("task", "forces", "goals"),
     [("balance", (5.0, 1.0), [3.0, 3.0]), ("balance", (5.0,), [2.0]), ("retreat", (3.0, 1.0), [0.0, 0.0])],
 )
-def test_balance_shares_the_force_and_retreat_has_none(task, forces, goals):
+def test_balance_shares_the_force_and_retreat_has_no_goal(task, forces, goals):
     bench = Bench(task, force_goal=2.0)
     contacts = [
         bench.at(point, force, id_) for id_, (point, force) in enumerate(zip((HERE, NEAR), forces, strict=False))
@@ -232,7 +232,7 @@ def test_object_on_a_border_is_one_contact_on_a_path():
     assert (goal.region.id, goal.region.force) == (1, pytest.approx(4.0))
 
 
-def test_contact_stays_before_a_crossing_that_no_arm_can_pass():
+def test_contact_stops_before_an_impassable_crossing():
     path = ((0.09, 0.05), (0.15, 0.05))
     bench = Bench("follow_path", two_plates(), path_kind="polyline", path_speed=0.1, path=path)
     for _ in range(200):
@@ -245,7 +245,7 @@ def test_contact_stays_before_a_crossing_that_no_arm_can_pass():
 
 
 @pytest.mark.parametrize(("max_shear", "size"), [(float("inf"), 1.35), (1.2, 1.2), (5.0, 1.35)])
-def test_goal_of_the_shear_is_at_most_what_friction_and_the_cap_allow(max_shear, size):
+def test_shear_goal_is_limited_by_friction_and_the_cap(max_shear, size):
     """A contact of 3 N with a friction of 0.5."""
     bench = Bench(shear_goal=2.0, shear_direction=0.5, max_shear=max_shear)
     [goal] = bench.step(bench.at(shear=sheared(0.1)))
@@ -265,12 +265,12 @@ def test_contact_on_skin_without_shear_is_reported_if_the_settings_need_it(chang
 
 
 @pytest.mark.parametrize("task", ["follow_path", "balance", "retreat"])
-def test_other_tasks_have_no_goal_of_the_shear(task):
+def test_other_tasks_have_no_shear_goal(task):
     bench = Bench(task, shear_goal=1.0)
     assert [goal.shear for goal in bench.step(bench.at(shear=sheared(0.1)))] == [None]
 
 
-def test_guide_yields_to_the_hand_where_shear_is_measured_and_keeps_its_place_elsewhere():
+def test_guide_yields_to_the_hand_if_shear_is_measured_and_holds_its_place_otherwise():
     bench = Bench("guide", shear_threshold=0.3)
     [goal] = bench.step(bench.at(shear=sheared(1.0)))
     assert (goal.error, goal.shear.slack) == (None, 0.3)

@@ -85,7 +85,7 @@ def test_settling_time_follows_from_the_delay(what, delay):
 
 
 @pytest.mark.long
-def test_half_the_ripple_takes_four_times_the_settling_time():
+def test_halving_the_ripple_takes_four_times_the_settling_time():
     """White noise on the reading: variance of the true force times settling time T ln 50 / -ln(1 - L) is constant.
 
     Nothing departs but by chance: runs are finite.
@@ -180,7 +180,7 @@ def test_simulated_stiffness_of_onset_differs_by_the_posture_loop(delay):
 
 @pytest.mark.long
 @pytest.mark.parametrize("delay", [0, 1, 2])
-def test_simulated_settling_is_that_of_the_theory_with_the_posture_loop(delay):
+def test_simulated_settling_time_matches_the_theory_with_the_posture_loop(delay):
     """The posture loop's lag of 50 ms overshoots without delay and hides in a longer one; at 400 rad/s it is gone."""
     for plant in (OUR_SERVO, FAST_SERVO):
         found, theory, explained = three("settling", plant, what="place", delay=delay)
@@ -190,7 +190,7 @@ def test_simulated_settling_is_that_of_the_theory_with_the_posture_loop(delay):
 
 
 @pytest.mark.long
-def test_rotated_map_takes_more_time_than_a_stretched_one():
+def test_rotated_map_needs_more_time_than_a_stretched_one():
     """Settling times at the best gain and one sample of delay. The simulator adds the posture loop's lag of 50 ms; a
     controller with the map's Jacobian needs no extra time for stretch.
     """

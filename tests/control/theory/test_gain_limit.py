@@ -60,7 +60,7 @@ def limit_at_run_time(setup: PathSetup, controller: str, *, ticks: int) -> tuple
 
 
 @pytest.mark.long
-def test_limit_at_run_time_is_that_of_the_true_contact():
+def test_limit_at_run_time_matches_the_true_contact():
     """The nominal contact is stiffer than this one: its limit would be half of the true one."""
     setup = PathSetup(with_fixed_ball(forearm()), sensor=SensorEffects(sampling=Sampling(20.0, 0.0)))
     _, found = limit_at_run_time(setup, "hybrid", ticks=360)

@@ -180,7 +180,7 @@ def over_the_gap(prepared: PreparedScene) -> tuple[int, tuple[tuple[float, float
 
 @pytest.mark.long
 @pytest.mark.parametrize("controller", CONTROL_SCHEMES)
-def test_contact_is_moved_straight_over_from_patch_to_patch_of_one_link(controller):
+def test_contact_is_moved_straight_between_patches_of_one_link(controller):
     """The ball is felt by both patches at once, as two contacts: together they keep the force."""
     prepared = halves()
     taxel, path = over_the_gap(prepared)

@@ -160,7 +160,7 @@ def test_bare_link_that_the_force_loop_presses_on_a_post_is_named(controller):
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("integrator", ["implicitfast", "implicit", "discrete", "euler"])
 @pytest.mark.parametrize("gravity", ["off", "on", "compensated"])
-def test_external_torque_is_that_of_the_applied_force(integrator, gravity):
+def test_external_torque_equals_that_of_the_applied_force(integrator, gravity):
     """The arm moves: 20 N push its hand, and it sags where gravity acts."""
     effects = replace(RuntimeSettings.of_scene(forearm()).effects, integrator=integrator, gravity=gravity)
     session = Session(forearm(), scripted=False, settings=ControlSettings(stiffness=6.0), effects=effects)

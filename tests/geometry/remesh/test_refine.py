@@ -43,13 +43,13 @@ def test_edges_of_the_coarse_mesh_are_cut_into_equal_parts(name: str) -> None:
         assert np.sort(share[on & (share > -1e-9) & (share < 1 + 1e-9)]) == pytest.approx(np.linspace(0, 1, parts + 1))
 
 
-def test_the_faces_are_hardly_more_than_the_area_asks_for() -> None:
+def test_number_of_faces_is_little_above_the_minimum_for_the_area() -> None:
     mesh = hard_mesh("cube")
     step = 0.01 * mesh.size
     assert len(subdivide(mesh, longest=step).mesh.faces) < 1.2 * mesh.area / (np.sqrt(3) / 4 * step**2)
 
 
-def test_a_needle_becomes_a_ladder() -> None:
+def test_needle_shaped_face_is_split_like_a_ladder() -> None:
     needle = Mesh([[0, 0, 0], [1e-3, 0, 0], [0, 1, 0]], [[0, 1, 2]])
     assert len(subdivide(needle, longest=0.01).mesh.faces) < 210
     assert len(subdivide(needle, longest=0.01).mesh.faces) == subdivided_count(needle, longest=0.01)
@@ -62,7 +62,7 @@ def test_fine_mesh_is_returned_unchanged() -> None:
     assert np.array_equal(result.parent, np.arange(len(mesh.faces)))
 
 
-def test_an_absurd_number_of_faces_is_rejected() -> None:
+def test_implausible_number_of_faces_is_rejected() -> None:
     with pytest.raises(MeshError, match="two million"):
         subdivide(HARD_MESHES["cube"], longest=1e-5)
 
@@ -87,7 +87,7 @@ def test_points_become_vertices_and_the_surface_is_unchanged(count):
     assert (mesh.face_areas > 0).all()
 
 
-def test_a_point_inside_a_face_is_met_exactly():
+def test_point_inside_a_face_becomes_an_exact_vertex():
     surface = sheet(1, 1)
     mesh, vertices = insert_vertices(surface, np.array([0, 0]), np.array([[0.2, 0.3, 0.5], [0.6, 0.3, 0.1]]))
     np.testing.assert_allclose(
@@ -97,7 +97,7 @@ def test_a_point_inside_a_face_is_met_exactly():
     )
 
 
-def test_corners_are_used_and_sides_avoided():
+def test_points_at_corners_reuse_the_vertex_and_points_on_sides_are_moved_inside():
     surface = sheet(1, 1)
     faces = np.array([0, 0])
     weights = np.array([[1.0, 0, 0], [0.5, 0.5, 0]])
@@ -107,7 +107,7 @@ def test_corners_are_used_and_sides_avoided():
     assert 0 < away <= 2 * SIDE_INSET * surface.size
 
 
-def test_points_in_one_place_share_a_vertex():
+def test_points_at_one_place_share_a_vertex():
     mesh, vertices = insert_vertices(sheet(1, 1), np.array([1, 1, 1]), np.tile([0.2, 0.2, 0.6], (3, 1)))
     assert len(set(vertices.tolist())) == 1
     assert len(mesh.faces) == 4

@@ -34,7 +34,7 @@ from tests.support.cost import Cost, cost_of
 from tests.support.surfaces import cap, frustum, sphere
 
 
-def test_cleaning_leaves_a_sound_mesh_alone() -> None:
+def test_cleaning_does_not_change_a_valid_mesh() -> None:
     cleaned, findings = clean_mesh(HARD_MESHES["sphere"])
     assert findings == ()
     assert cleaned.area == pytest.approx(HARD_MESHES["sphere"].area)
@@ -74,13 +74,13 @@ def test_vertices_within_tolerance_are_welded_anywhere() -> None:
     assert np.array_equal(weld_vertices(copies, 1e-6), np.tile(np.arange(200), 3))
 
 
-def test_a_chain_of_close_vertices_is_one_and_a_wider_one_is_not() -> None:
+def test_chain_of_close_vertices_is_welded_and_a_wider_chain_is_not() -> None:
     row = np.stack([np.arange(10.0), np.zeros(10), np.zeros(10)], axis=1)
     assert all((weld_vertices(gap * row, 1.0) == 0).all() for gap in np.linspace(0.05, 1.0, 40))
     assert len(np.unique(weld_vertices(2.1 * row, 1.0))) == 10
 
 
-def test_the_tolerance_grows_with_size_and_with_distance_from_the_origin() -> None:
+def test_tolerance_grows_with_size_and_with_distance_from_the_origin() -> None:
     cube = HARD_MESHES["cube"].vertices
     here = weld_tolerance(cube)
     assert weld_tolerance(1e6 * cube) == pytest.approx(1e6 * here)
@@ -88,7 +88,7 @@ def test_the_tolerance_grows_with_size_and_with_distance_from_the_origin() -> No
     assert weld_tolerance(cube + 1e12) > 1e-4
 
 
-def test_distinct_faces_are_the_first_of_their_corners() -> None:
+def test_first_of_several_faces_with_equal_corners_is_kept() -> None:
     faces = np.array([[0, 1, 2], [3, 1, 2], [2, 1, 0], [1, 2, 0], [3, 2, 1]])
     assert unique_faces(faces).tolist() == [0, 1]
 
@@ -100,7 +100,7 @@ def flipped_away(mesh: Mesh):
     return flip_degenerate_faces(mesh.vertices / mesh.size, mesh.faces, TOLERANCE)
 
 
-def test_flatness_is_the_height_over_the_longest_side() -> None:
+def test_flatness_is_the_height_divided_by_the_longest_side() -> None:
     corners = np.array([[[0, 0, 0], [2, 0, 0], [1, 1e-3, 0]], [[0, 0, 0], [1e-3, 0, 0], [0, 1, 0]]])
     assert is_degenerate(corners, 1.01e-3).tolist() == [True, True]
     assert is_degenerate(corners, 0.99e-3).tolist() == [False, False]
@@ -108,7 +108,7 @@ def test_flatness_is_the_height_over_the_longest_side() -> None:
 
 
 @pytest.mark.parametrize("count", [2, 8, 40])
-def test_a_fan_of_flat_faces_becomes_a_fan_of_the_face_behind_it(count: int) -> None:
+def test_fan_of_flat_faces_becomes_a_fan_of_the_face_behind_it(count: int) -> None:
     mesh = with_flat_fans(count)
     assert is_degenerate(mesh.vertices[mesh.faces] / mesh.size, TOLERANCE).sum() == count
     faces, owner, flat = flipped_away(mesh)
@@ -123,7 +123,7 @@ def test_a_fan_of_flat_faces_becomes_a_fan_of_the_face_behind_it(count: int) -> 
     assert np.bincount(owner, after.face_areas, len(faces)) == pytest.approx(mesh.face_areas, abs=1e-15)
 
 
-def test_a_flat_face_on_the_border_is_left_to_be_dropped() -> None:
+def test_flat_face_on_the_border_is_not_flipped() -> None:
     vertices = [[0, 0, 0], [2, 0, 0], [1, 0, 0], [0.2, 1, 0], [1.8, 1, 0]]
     mesh = Mesh(vertices, [[0, 1, 2], [0, 2, 3], [2, 1, 4], [2, 4, 3]])
     faces, owner, flat = flipped_away(mesh)
@@ -139,7 +139,7 @@ def test_no_flip_creates_an_existing_edge() -> None:
     assert np.array_equal(faces, pocket.faces)
 
 
-def test_a_mesh_without_flat_faces_is_untouched() -> None:
+def test_mesh_without_flat_faces_is_unchanged() -> None:
     mesh = hard_mesh("torus")
     faces, owner, flat = flipped_away(mesh)
     assert np.array_equal(faces, mesh.faces)
@@ -169,7 +169,7 @@ def test_repaired_mesh_can_be_flattened(name: str) -> None:
 
 @pytest.mark.sampled(6)
 @pytest.mark.parametrize("name", EVERY)
-def test_every_change_leads_back_to_the_file(name: str) -> None:
+def test_repaired_vertices_and_faces_map_back_to_the_file(name: str) -> None:
     mesh = hard_mesh(name)
     result = repair_mesh(mesh)
     assert np.array_equal(result.mesh.vertices, mesh.vertices[result.vertex_of])
@@ -189,7 +189,7 @@ def test_every_change_leads_back_to_the_file(name: str) -> None:
     assert (same.all(axis=1) | split).all()
 
 
-def test_a_sound_mesh_is_left_alone_to_the_last_bit() -> None:
+def test_valid_mesh_is_unchanged_bit_for_bit() -> None:
     mesh = frustum(0.05, 0.03, bump=0.2)
     result = repair_mesh(mesh)
     assert result.findings == ()
@@ -211,12 +211,12 @@ def test_each_defect_is_counted() -> None:
     assert reported(repair_mesh(loose(ball))) == {"duplicate-vertex": ball.faces.size - len(ball.vertices)}
 
 
-def test_the_findings_name_the_mesh() -> None:
+def test_findings_name_the_mesh() -> None:
     assert {finding.where for finding in repair_mesh(HARD_MESHES["soup"], where="wrist").findings} == {"wrist"}
 
 
 @pytest.mark.parametrize("shape", [sphere, frustum], ids=["closed", "open"])
-def test_a_mesh_torn_and_turned_is_whole_again(shape) -> None:
+def test_mesh_with_split_vertices_and_flipped_faces_is_restored(shape) -> None:
     mesh = shape()
     back = repair_mesh(turned_at_random(jittered(mesh, 1e-9))).mesh
     assert len(back.vertices) == len(mesh.vertices)
@@ -225,7 +225,7 @@ def test_a_mesh_torn_and_turned_is_whole_again(shape) -> None:
     assert (outward > 0).all()
 
 
-def test_vertices_are_welded_across_the_lines_of_any_grid() -> None:
+def test_vertices_on_both_sides_of_a_cell_boundary_are_welded() -> None:
     rng = np.random.default_rng(0)
     ball = sphere()
     for _ in range(5):
@@ -234,13 +234,13 @@ def test_vertices_are_welded_across_the_lines_of_any_grid() -> None:
         assert Connectivity(repair_mesh(torn).mesh.faces).is_closed_manifold
 
 
-def test_inner_shells_are_turned_outward_too() -> None:
+def test_inner_shells_are_oriented_outward() -> None:
     result = repair_mesh(HARD_MESHES["inner shell"])
     corners = result.mesh.vertices[result.mesh.faces]
     assert (np.bincount(result.component, np.linalg.det(corners) / 6) > 0).all()
 
 
-def test_an_open_piece_keeps_its_clear_side() -> None:
+def test_open_component_keeps_its_unambiguous_orientation() -> None:
     mesh = cap(1.0)
     inverted = Mesh(mesh.vertices, mesh.faces[:, ::-1])
     assert repair_mesh(inverted).findings == ()
@@ -249,7 +249,7 @@ def test_an_open_piece_keeps_its_clear_side() -> None:
 @pytest.mark.sampled(5)
 @pytest.mark.parametrize("scale", [1e-6, 1e-3, 1e3, 1e6])
 @pytest.mark.parametrize("name", ["soup", "flat fans", "slivers 1e-6", "book", "nearly touching"])
-def test_the_unit_does_not_matter(name: str, scale: float) -> None:
+def test_repair_does_not_depend_on_the_unit(name: str, scale: float) -> None:
     mesh = hard_mesh(name)
     result = repair_mesh(hard_mesh(name))
     there = repair_mesh(scaled(mesh, scale))
@@ -258,7 +258,7 @@ def test_the_unit_does_not_matter(name: str, scale: float) -> None:
 
 
 @pytest.mark.parametrize("name", ["soup", "flat fans", "book", "fin"])
-def test_the_offset_does_not_matter(name: str) -> None:
+def test_repair_does_not_depend_on_the_offset(name: str) -> None:
     there = repair_mesh(moved(hard_mesh(name), (1e6, -1e6, 1e6)))
     assert reported(there) == reported(repair_mesh(hard_mesh(name)))
 
@@ -270,7 +270,7 @@ def test_mesh_without_area_or_size_is_rejected_by_name(name: str) -> None:
 
 
 @pytest.mark.long
-def test_many_pieces_cost_no_more_than_one() -> None:
+def test_cost_does_not_depend_on_the_number_of_pieces() -> None:
     def cost(pieces: int) -> Cost:
         rng = np.random.default_rng(0)
         corners = rng.normal(size=(pieces, 1, 3)) + 1e-3 * rng.normal(size=(pieces, 3, 3))

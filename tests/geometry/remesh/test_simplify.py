@@ -50,7 +50,7 @@ def _volume(mesh: Mesh) -> float:
 
 
 @pytest.mark.sampled(2)
-def test_no_point_is_farther_away_than_stated(mesh):
+def test_simplified_surface_is_within_the_stated_distance(mesh):
     levels = simplify(mesh, TOLERANCES)
     assert levels
     for level in levels:
@@ -85,7 +85,7 @@ def test_flat_mesh_is_simplified_to_few_triangles_without_error():
 
 
 @pytest.mark.long
-def test_the_same_mesh_gives_the_same_levels():
+def test_same_mesh_gives_the_same_levels():
     mesh = MESHES["ball"]()
     for one, other in zip(simplify(mesh, TOLERANCES), simplify(mesh, TOLERANCES), strict=True):
         np.testing.assert_array_equal(one.faces, other.faces)

@@ -52,7 +52,7 @@ def bent(mesh: Mesh, by: float, axis: int) -> Mesh:
 
 
 @pytest.mark.parametrize("name", GROUPS["junctions"])
-def test_a_mesh_refined_in_parts_becomes_one_surface_without_new_vertices(name: str) -> None:
+def test_mesh_refined_in_parts_becomes_one_surface_without_new_vertices(name: str) -> None:
     mesh = hard_mesh(name)
     repaired = repair_mesh(mesh)
     assert repaired.component.max() == 0
@@ -81,7 +81,7 @@ def test_each_vertex_inside_an_edge_is_counted_once() -> None:
 
 
 @pytest.mark.parametrize("gap", [0.0, 1e-6])
-def test_subdivisions_that_alternate_are_stitched_from_both_sides(gap: float) -> None:
+def test_alternating_subdivisions_are_stitched_from_both_sides(gap: float) -> None:
     rng = np.random.default_rng(0)
     first, second = (np.concatenate([[0], np.sort(rng.random(count)), [1]]) for count in (9, 14))
     mesh = joined(band(-0.2, 0, first, first), band(gap, 0.2, second, second))
@@ -92,7 +92,7 @@ def test_subdivisions_that_alternate_are_stitched_from_both_sides(gap: float) ->
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
 @pytest.mark.parametrize("how", ["unchanged", "loose", "turned"])
-def test_stitching_depends_on_the_shape_alone(scale: float, how: str) -> None:
+def test_stitching_depends_only_on_the_shape(scale: float, how: str) -> None:
     mesh = scaled(hard_mesh("round, refined at random"), scale)
     turn = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]
     mesh = {"unchanged": mesh, "loose": loose(mesh), "turned": Mesh(mesh.vertices @ turn, mesh.faces)}[how]
@@ -108,21 +108,21 @@ def test_crack_along_one_straight_edge_is_closed(height: float) -> None:
         assert counted(mesh)["t-junction"] == 7
 
 
-def test_an_opening_wider_than_a_crack_stays_open() -> None:
+def test_opening_wider_than_a_crack_stays_open() -> None:
     mesh = joined(band(-0.3, 0, EVEN, ENDS), bent(band(0, 0.3, EVEN, EVEN), 0.06, 1))
     assert len(repair_mesh(mesh).mesh.connectivity.boundary_loops) == 2
     assert "t-junction" not in counted(mesh)
 
 
 @pytest.mark.parametrize("width", [1e-4, 0.01])
-def test_a_slit_with_vertices_on_both_sides_stays_open(width: float) -> None:
+def test_slit_with_vertices_on_both_sides_stays_open(width: float) -> None:
     mesh = joined(band(-0.3, 0, EVEN, EVEN), bent(band(0, 0.3, EVEN, EVEN), width, 1))
     assert len(repair_mesh(mesh).mesh.connectivity.boundary_loops) == 2
     assert "t-junction" not in counted(mesh)
 
 
 @pytest.mark.parametrize("width", [1e-4, 0.01])
-def test_an_opening_that_may_be_a_crack_is_reported_with_its_widest_gap(width: float) -> None:
+def test_possible_crack_is_reported_with_its_widest_gap(width: float) -> None:
     mesh = scaled(joined(band(-0.3, 0, EVEN, EVEN), bent(band(0, 0.3, EVEN, EVEN), width, 1)), 2.0)
     (found,) = [finding for finding in repair_mesh(mesh).findings if finding.kind == "open-crack"]
     assert found.count == 16
@@ -148,7 +148,7 @@ def test_rounded_junctions_on_both_sides_are_stitched_or_reported(noise: float, 
 
 
 @pytest.mark.parametrize("gap", [2e-6, 2e-5, 2e-4])
-def test_a_finely_divided_sheet_close_to_a_coarse_one_stays_apart(gap: float) -> None:
+def test_fine_sheet_close_to_a_coarse_one_is_not_stitched(gap: float) -> None:
     coarse = band(0, 0.3, ENDS, ENDS)
     fine = band(0, 0.3, EVEN, EVEN)
     mesh = joined(coarse, Mesh(fine.vertices + [0, 0, gap], fine.faces))
@@ -180,7 +180,7 @@ def test_border_without_continuing_surface_is_not_a_crack() -> None:
 
 
 @pytest.mark.parametrize("gap", [1e-4, 1e-3, 1e-2])
-def test_walls_and_the_mouth_of_a_pocket_stay_apart(gap: float) -> None:
+def test_walls_and_mouth_of_a_pocket_are_not_stitched(gap: float) -> None:
     coarse = band(-0.3, 0, EVEN, ENDS)
     fine = band(-0.3, 0, EVEN, EVEN)
     walls = joined(coarse, Mesh(fine.vertices + [0, 0, gap], fine.faces))
@@ -191,14 +191,14 @@ def test_walls_and_the_mouth_of_a_pocket_stay_apart(gap: float) -> None:
 
 @pytest.mark.parametrize("inset", [0.0, 0.1])
 @pytest.mark.parametrize("width", [1e-5, 1e-3, 0.04])
-def test_a_narrow_strip_is_not_stitched_to_itself(width: float, inset: float) -> None:
+def test_narrow_strip_is_not_stitched_to_itself(width: float, inset: float) -> None:
     far = inset + (1 - 2 * inset) * EVEN
     assert "t-junction" not in counted(band(0, width, ENDS, far))
     middle = inset / 2 + (1 - inset) * EVEN
     assert "t-junction" not in counted(joined(band(0, width / 2, ENDS, middle), band(width / 2, width, middle, far)))
 
 
-def test_a_corner_that_touches_an_edge_is_not_stitched() -> None:
+def test_corner_that_touches_an_edge_is_not_stitched() -> None:
     corner = Mesh([[0.5, 0, 0], [0.6, 0.2, 0], [0.4, 0.2, 0]], [[0, 1, 2]])
     mesh = joined(band(-0.3, 0, ENDS, ENDS), corner)
     assert pieces(mesh) == 2
@@ -211,7 +211,7 @@ def test_nothing_is_stitched_in_a_mesh_without_junctions(name: str) -> None:
     assert "t-junction" not in counted(hard_mesh(name))
 
 
-def test_a_face_that_would_fold_over_is_left_alone() -> None:
+def test_face_that_would_fold_over_is_unchanged() -> None:
     # The crack bulges past the far side of a flat coarse face.
     coarse = Mesh([[0, 0, 0], [1, 0, 0], [0.5, -0.01, 0]], [[0, 2, 1]])
     fine = bent(band(0, 0.3, EVEN, EVEN), -0.03, 1)
@@ -227,7 +227,7 @@ def test_mesh_without_border_is_returned_unchanged() -> None:
 
 
 @pytest.mark.long
-def test_the_cost_grows_with_the_number_of_junctions_only() -> None:
+def test_cost_grows_with_the_number_of_junctions_only() -> None:
     def cost(subdivisions: int) -> tuple[int, Cost]:
         mesh = refined_at_random(sphere(radius=0.5, subdivisions=subdivisions), 1, radius=0.5)
         _, _, count = stitch_junctions(mesh.vertices, mesh.faces)
@@ -242,7 +242,7 @@ def test_the_cost_grows_with_the_number_of_junctions_only() -> None:
 
 
 @pytest.mark.long
-def test_one_long_edge_next_to_many_short_ones_is_divided_by_halves() -> None:
+def test_long_edge_next_to_many_short_ones_is_split_by_bisection() -> None:
     def cost(vertices: int, *, function: str | None = None) -> Cost:
         many = np.linspace(0, 1, vertices)
         tube = frustum(0.3, 0.3, length=0.5, around=100, along=2)

@@ -15,7 +15,7 @@ from tests.hard_cases.meshes import HARD_MESHES
 SPHERE = HARD_MESHES["sphere"]
 
 
-def test_a_wrapped_ball_is_a_larger_ball() -> None:
+def test_wrap_of_a_ball_is_a_larger_ball() -> None:
     surface = wrap_mesh(SPHERE, thickness=0.01, voxel=0.01).surface
     radius = np.linalg.norm(surface.vertices, axis=1)
     assert radius == pytest.approx(0.11, abs=1e-3)
@@ -74,7 +74,7 @@ def test_exact_distance_is_computed_at_few_nodes_without_effect_on_the_surface(
 
 
 @pytest.mark.long
-def test_closing_spans_a_hole_and_so_cuts_the_handle() -> None:
+def test_closing_fills_a_hole_and_removes_the_handle() -> None:
     torus = HARD_MESHES["torus"]
     open_ = wrap_mesh(torus, thickness=0.003, voxel=0.006).surface
     spanned = wrap_mesh(torus, thickness=0.003, voxel=0.006, closing=0.12).surface
@@ -92,7 +92,7 @@ def test_too_large_grid_is_made_coarser_and_reported(monkeypatch: pytest.MonkeyP
 
 @pytest.mark.long
 @pytest.mark.parametrize("voxel", [0.012, 0.02, 0.028])
-def test_a_part_left_out_before_the_gaps_are_filled_does_not_come_back(voxel: float) -> None:
+def test_loose_part_omitted_before_gap_filling_is_not_restored(voxel: float) -> None:
     """Grown by the ball that rolls over them, what is left of it would enclose more than the part that is kept."""
     result = wrap_mesh(HARD_MESHES["two components"], thickness=0.0154, voxel=voxel, closing=0.0463)
     assert np.linalg.norm(result.surface.vertices, axis=1) == pytest.approx(0.1154, abs=0.004)
@@ -105,6 +105,6 @@ def test_loose_parts_are_reported() -> None:
 
 
 @pytest.mark.parametrize("sizes", [(0, 1, 0), (1, 0, 0), (1, 1, -1), (np.nan, 1, 0), (1, np.inf, 0)])
-def test_senseless_sizes_are_rejected(sizes: tuple[float, float, float]) -> None:
+def test_invalid_sizes_are_rejected(sizes: tuple[float, float, float]) -> None:
     with pytest.raises(MeshError, match="positive"):
         wrap_mesh(SPHERE, thickness=sizes[0], voxel=sizes[1], closing=sizes[2])

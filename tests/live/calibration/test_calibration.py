@@ -20,7 +20,7 @@ from tactile_maps.skin.model.skin import Patch, Skin, TaxelIdentity, taxels_with
 from tests.support.touch import bar_skin
 
 
-def test_pressure_is_gain_times_what_is_above_offset_and_baseline():
+def test_pressure_is_gain_times_the_reading_minus_offset_and_baseline():
     calibration = Calibration([2.0, -3.0], [10.0, 20.0])
     pressures = calibration.values(np.array([15.0, 15.0]), np.array([1.0, 0.0]), ValueMode.PRESSURE)
     assert pressures.tolist() == [8.0, 15.0]
@@ -37,7 +37,7 @@ def test_invalid_gain_is_rejected(gain):
         Calibration([1.0, gain], [0.0, 0.0])
 
 
-def test_a_weight_sets_the_scale():
+def test_weight_sets_the_scale():
     areas = np.full(4, 1e-4)
     change = np.array([0.0, 5.0, 10.0, 0.0])
     calibration = Calibration.plain(4, Unit.COUNTS).with_weight(change, areas, 0.2)
@@ -78,7 +78,7 @@ def test_weight_scales_the_curve():
 
 
 @pytest.mark.parametrize("points", [[[0, 1, 1], [0, 1, 2]], [[0, 1, 2], [0, 2, 1]], [[1, 2, 3], [0, 1, 2]]])
-def test_curve_that_does_not_increase_from_zero_is_refused(points):
+def test_curve_that_does_not_increase_from_zero_is_rejected(points):
     with pytest.raises(LiveError, match="points, taxel 0: a curve does not increase from 0"):
         Calibration([1.0], [0.0], curve=[points])
 
@@ -92,7 +92,7 @@ def test_curve_that_does_not_increase_from_zero_is_refused(points):
         ("1 0 0 0 1 0 0 0 nan", "matrix, taxel 3: invalid number"),
     ],
 )
-def test_matrix_that_cannot_be_used_is_named_with_its_taxel(tmp_path, text, found):
+def test_unusable_matrix_is_named_with_its_taxel(tmp_path, text, found):
     (patch,) = bar_skin().patches
     skin = Skin((replace(patch, taxels=taxels_with_axes(patch.taxels, 3)),))
     path = tmp_path / "gains.toml"
@@ -101,7 +101,7 @@ def test_matrix_that_cannot_be_used_is_named_with_its_taxel(tmp_path, text, foun
         load_calibration(path, skin)
 
 
-def test_matrix_of_a_taxel_with_one_axis_is_refused(tmp_path):
+def test_matrix_of_a_taxel_with_one_axis_is_rejected(tmp_path):
     path = tmp_path / "gains.toml"
     path.write_text("gain = 1.0\n[[taxel]]\ntaxel = 3\nmatrix = '1 1 0 0 1 0 0 0 1'\n")
     with pytest.raises(LiveError, match="taxel 3: a taxel with one axis has no matrix"):
@@ -123,7 +123,7 @@ def test_curves_and_deviations_read_back_from_the_file(tmp_path):
         assert np.array_equal(getattr(again, name), getattr(first, name), equal_nan=True), name
 
 
-def test_toml_has_one_for_all_and_others_for_some(tmp_path):
+def test_toml_may_contain_one_gain_for_all_and_others_for_some_taxels(tmp_path):
     path = tmp_path / "gains.toml"
     path.write_text("gain = 12.5\noffset = 3\n[[taxel]]\ntaxel = 7\ngain = 11.0\n")
     calibration = load_calibration(path, bar_skin())
@@ -149,7 +149,7 @@ def test_toml_has_one_for_all_and_others_for_some(tmp_path):
         ("a.toml", "taxel = 3", "expected tables"),
     ],
 )
-def test_a_mistake_in_a_file_is_named(tmp_path, name, text, said):
+def test_invalid_file_entry_is_reported(tmp_path, name, text, said):
     path = tmp_path / name
     path.write_text(text)
     with pytest.raises(LiveError, match=said) as caught:
@@ -173,6 +173,6 @@ def test_id_on_two_links_is_calibrated_with_its_link(tmp_path):
     assert load_calibration(toml, both).gain[[5, 65]].tolist() == [2, 3]
 
 
-def test_readings_that_fall_under_a_weight_are_named_with_the_negative_gain():
+def test_readings_that_decrease_under_a_weight_are_reported_with_the_negative_gain():
     with pytest.raises(LiveError, match="fall under the weight .*-1 N.* gain is negative: add --inverted"):
         Calibration.plain(2, Unit.PASCAL).with_weight(np.array([-1.0, 0.0]), np.ones(2), 0.5)

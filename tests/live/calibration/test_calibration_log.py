@@ -23,7 +23,7 @@ def read(tmp_path, text):
     return read_calibration_log(path, SKIN)
 
 
-def test_readings_of_one_taxel_are_named_by_number_or_by_place(tmp_path):
+def test_taxel_of_a_reading_is_given_by_number_or_position(tmp_path):
     x, y, z = 1e3 * PLACES[7]
     by_taxel = read(tmp_path, "time,taxel,force_mN,reading\n0,7,0,100\n1,7,500,150\n")
     by_place = read(tmp_path, f"x_mm,y_mm,z_mm,link,Force_mN,value\n{x},{y},{z},bar,0,100\n{x},{y},{z},bar,500,150\n")
@@ -34,7 +34,7 @@ def test_readings_of_one_taxel_are_named_by_number_or_by_place(tmp_path):
         assert not log.pressure
 
 
-def test_a_column_for_each_taxel_may_have_empty_cells(tmp_path):
+def test_column_for_each_taxel_may_have_empty_cells(tmp_path):
     log = read(tmp_path, "# known weights\nmass_g,4,2\n0,10,20\n200,15,\n")
     assert np.allclose(log.loads, [0, 0.2 * GRAVITY])
     assert log.readings[0, [4, 2]].tolist() == [10.0, 20.0]
@@ -81,12 +81,12 @@ def test_pressures_are_in_pascals(tmp_path):
         ("", "the table is empty"),
     ],
 )
-def test_mistake_in_a_log_is_named(tmp_path, text, problem):
+def test_invalid_log_entry_is_reported(tmp_path, text, problem):
     with pytest.raises(LiveError, match=problem) as caught:
         read(tmp_path, text)
     assert str(caught.value.file) == str(tmp_path / "log.csv")
 
 
-def test_log_without_rows_is_refused():
+def test_log_without_rows_is_rejected():
     with pytest.raises(LiveError, match="no rows"):
         CalibrationLog([], np.zeros((0, 60)))

@@ -59,7 +59,7 @@ def test_curves_of_taxels_are_recovered_within_their_uncertainty():
     assert not len(found.pooled)
 
 
-def test_forces_that_several_taxels_share_give_the_curve_of_each():
+def test_forces_shared_by_several_taxels_determine_the_curve_of_each():
     random = np.random.default_rng(2)
     places = SKIN.patches[0].taxels.positions
     loads = np.where(np.arange(240) % 10, random.uniform(0.3, 3, 240), 0.0)
@@ -74,7 +74,7 @@ def test_forces_that_several_taxels_share_give_the_curve_of_each():
     assert (np.abs(found.calibration.gain / GAINS - 1) < 4 * found.uncertainty + 0.02).all()
 
 
-def test_a_sensor_with_a_knee_gets_a_piecewise_curve():
+def test_sensor_with_a_knee_gets_a_piecewise_curve():
     def knee(_taxel, pressure):
         return np.where(pressure < 300, pressure / 2, 150 + (pressure - 300) / 20)
 
@@ -112,7 +112,7 @@ def test_pressure_log_calibrates_all_taxels_at_once():
     assert found.error < 1e-6
 
 
-def test_a_log_that_does_not_suffice_is_refused():
+def test_insufficient_log_is_rejected():
     log = one_by_one(bent, [0])
     with pytest.raises(LiveError, match="folds is out of range"):
         fit_force(log, SKIN, folds=1)

@@ -46,7 +46,7 @@ def made(skin, *, taxels=(3, 8), rows=80, noise=0.0, seed=1):
     return ForceVectorLog(*(np.concatenate(part) for part in zip(*parts, strict=True))), matrices
 
 
-def test_matrices_are_recovered_from_exact_readings_and_give_the_forces_back(skin):
+def test_matrices_are_recovered_from_exact_readings_and_reproduce_the_forces(skin):
     log, matrices = made(skin)
     found = fit_matrices(log, skin)
     for taxel, matrix in matrices.items():
@@ -79,7 +79,7 @@ def test_uncertainty_and_held_out_errors_match_the_noise(skin):
         (lambda log: ForceVectorLog(log.taxels[:9], log.forces[:9], log.readings[:9]), "no taxel has enough rows"),
     ],
 )
-def test_logs_that_determine_no_matrix_are_refused(skin, change, problem):
+def test_logs_that_determine_no_matrix_are_rejected(skin, change, problem):
     log, _ = made(skin, taxels=(3,))
     with pytest.raises(LiveError, match=problem):
         fit_matrices(change(log), skin)

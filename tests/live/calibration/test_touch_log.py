@@ -65,13 +65,13 @@ def test_place_is_on_the_touched_link_at_the_posture_of_the_row(log_of):
         ("pad,tip,0,0,0,0,up,9", "line 3, joint:reach: expected a number .found: up."),
     ],
 )
-def test_mistake_in_a_touch_by_another_link_is_named(log_of, rows, problem):
+def test_invalid_touch_by_another_link_is_reported(log_of, rows, problem):
     with pytest.raises(LiveError, match=problem) as caught:
         log_of(HEAD + rows + "\n")
     assert re.search(r"log\.csv, line 3, \w", str(caught.value))
 
 
-def test_touching_link_and_robot_need_each_other(log_of):
+def test_touching_link_and_robot_must_be_given_together(log_of):
     with pytest.raises(LiveError, match=r"header: the place of a touching link needs a robot.*--robot"):
         log_of(HEAD, robot=None)
     with pytest.raises(LiveError, match=r"header: a column is missing .found: touching_link.*omit --robot"):

@@ -33,7 +33,7 @@ def at(time, above):
     return Arrived(Reading(time, 20 + above, Unit.COUNTS), time)
 
 
-def test_the_mean_counts_and_not_one_noisy_reading():
+def test_mean_of_readings_is_used_instead_of_a_single_one():
     session = tared()
     random = np.random.default_rng(1)
     session.weights.begin(MASS, 1.0)
@@ -65,7 +65,7 @@ def test_weighing_of_chosen_taxels_sums_and_changes_only_them():
     assert not session.facts.weighing.undoable
 
 
-def test_invalid_weighing_is_reported_and_changes_nothing():
+def test_invalid_weighing_is_reported_without_changes():
     session = MeasuredSession(as_measured(prepared_bar()))
     with pytest.raises(LiveError, match="not tared"):
         session.weights.begin(MASS, 1.0)
@@ -79,7 +79,7 @@ def test_invalid_weighing_is_reported_and_changes_nothing():
     assert session.facts.weighing.left is None
 
 
-def test_negative_gain_is_applied_where_readings_fall_under_the_weight():
+def test_negative_gain_is_applied_if_readings_decrease_under_the_weight():
     session = tared()
     session.weights.begin(MASS, 0.1)
     session.show(at(1.0, -COUNTS))
@@ -107,7 +107,7 @@ def test_weight_time_and_contact_are_required(mass, seconds, taxels):
     assert refused.value.remedy
 
 
-def test_last_seconds_are_averaged_and_must_be_at_rest():
+def test_last_seconds_are_averaged_and_must_be_steady():
     recent = RecentReadings(0.5)
     noise = np.random.default_rng(0).normal(0, 1, (200, 4))
     with pytest.raises(LiveError, match="no reading"):

@@ -25,7 +25,7 @@ def noisy(number, **fixed):
     return values
 
 
-def test_dead_and_stuck_channels_are_found_and_no_others():
+def test_only_dead_and_stuck_channels_are_found():
     found = watched(lambda number: noisy(number, t12=0.0, t40=255.0)).silent
     assert found == (SilentChannel(12, 0.0, False), SilentChannel(40, 255.0, True))
 
@@ -42,7 +42,7 @@ def test_constant_readings_make_no_channel_suspect():
     assert watched(lambda _number: np.zeros(60)).silent == ()
 
 
-def test_a_contact_elsewhere_makes_none_suspect():
+def test_contact_elsewhere_makes_no_channel_suspect():
     def values(number):
         return np.where(ALL == 3, float(number), 0.0)
 

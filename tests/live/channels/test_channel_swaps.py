@@ -49,7 +49,7 @@ def swapped(*pairs):
 PAIRS = ((13, 27), (41, 64))
 
 
-def test_pairs_of_a_module_are_found_and_no_others():
+def test_only_swapped_pairs_of_a_module_are_found():
     swaps = found(swapped(*PAIRS))
     assert [(one.first, one.second, one.module) for one in swaps] == [(13, 27, 0), (41, 64, MODULES[41])]
     assert all(one.strength > 0.2 for one in swaps)
@@ -62,17 +62,17 @@ def test_no_swap_is_reported_for_channels_in_order(seed):
     assert found(np.arange(COUNT), seed=seed) == ()
 
 
-def test_few_touches_are_not_enough():
+def test_too_few_touches_report_no_swap():
     assert found(swapped(*PAIRS), touches=15) == ()
 
 
 @pytest.mark.long
-def test_without_modules_near_taxels_are_compared():
+def test_nearby_taxels_are_compared_on_skins_without_modules():
     (one,) = found(swapped((64, 66)), modules=False)
     assert (one.first, one.second, one.module) == (64, 66, None)
 
 
-def test_a_finger_that_rests_and_a_drift_say_nothing():
+def test_resting_finger_and_drift_report_no_swap():
     detector = SwapDetector(skin())
     random = np.random.default_rng(0)
     for number in range(600):

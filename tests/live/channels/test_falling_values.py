@@ -38,7 +38,7 @@ def session_of(touches, *, sign=-1, **options):
     return session
 
 
-def test_falling_values_are_found_and_are_contacts_after_the_sign_is_changed():
+def test_falling_values_are_detected_and_become_contacts_after_changing_the_sign():
     session = session_of([PRESSED] * 10)
     assert session.facts.falling
     assert not session.facts.inverted
@@ -69,20 +69,20 @@ def test_other_readings_are_not_falling_values(touches, options):
     assert not session_of(touches, **options).facts.falling
 
 
-def test_new_tare_resets_the_fall():
+def test_new_tare_resets_the_detection():
     session = session_of([PRESSED] * 10)
     session.tare(20)
     assert not session.facts.falling
 
 
-def test_taxels_without_noise_count_from_one_count_on():
+def test_taxels_without_noise_are_detected_from_one_count():
     falling = FallingValues(SKIN)
     for _ in range(5):
         falling.add(-1e3 * PRESSED, None)
     assert falling.found
 
 
-def test_sign_of_a_recording_is_used_when_its_values_are_read_again():
+def test_sign_of_a_recording_is_used_in_replay():
     inputs = [one for _, one in session_of([PRESSED], inverted=True).inputs]
     used = [one for one in inputs if isinstance(one, CalibrationUsed)][-1]
     again = MeasuredSession(as_measured(prepared_bar()), finite=True)

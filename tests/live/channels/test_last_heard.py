@@ -40,7 +40,7 @@ class Stream:
         return np.flatnonzero(self.heard.frozen).tolist()
 
 
-def test_noisy_module_that_freezes_is_found_and_named():
+def test_noisy_module_that_freezes_is_detected_and_named():
     stream = Stream()
     stream.read(LEARN_SECONDS + 0.1, changing=[0, 1, 2, 3, 4, 5])
     stream.read(FROZEN_SECONDS, changing=[0, 1, 3, 4, 5])
@@ -73,7 +73,7 @@ def test_module_that_never_varied_or_varied_briefly_is_not_frozen():
     assert stream.frozen == []
 
 
-def test_pause_in_which_a_module_was_frozen_is_not_usual_for_it():
+def test_duration_of_a_freeze_does_not_count_as_a_usual_pause():
     stream = Stream()
     stream.read(3.0, changing=[0])
     stream.read(5.0, changing=[])
@@ -83,7 +83,7 @@ def test_pause_in_which_a_module_was_frozen_is_not_usual_for_it():
     assert stream.frozen == [0]
 
 
-def test_pause_of_the_stream_is_not_the_modules():
+def test_pause_of_the_stream_does_not_count_as_a_frozen_module():
     stream = Stream()
     stream.read(11.0, changing=[0])
     stream.read(0.05, changing=[0], gap=20.0)  # five readings in 100 s
@@ -91,7 +91,7 @@ def test_pause_of_the_stream_is_not_the_modules():
     assert stream.frozen == [0]
 
 
-def test_names_of_taxels_are_those_of_whole_modules_and_of_single_taxels():
+def test_names_combine_whole_modules_and_single_taxels():
     heard = LastHeard(modules_of_ten(), 0)
     chosen = np.zeros(60, dtype=bool)
     chosen[10:20] = chosen[33] = True

@@ -29,7 +29,7 @@ def test_readings_are_matched_by_id_in_any_order():
     assert dict(zip(taxels, values, strict=True)) == {9: 5.0, 2: 6.0}
 
 
-def test_values_of_nan_are_of_taxels_that_did_not_report():
+def test_nan_marks_taxels_that_did_not_report():
     matcher = TaxelMatcher(skin(ids=IDS))
     by_id = Reading(0.0, [np.nan, 6.0], ids=[IDS[9], IDS[2]])
     in_order = Reading(0.0, np.where(np.arange(60) == 4, np.nan, 1.0))
@@ -49,7 +49,7 @@ def test_unknown_ids_are_named_and_counted_each_time():
     assert matcher.heard.sum() == 1
 
 
-def test_an_id_of_two_taxels_names_neither():
+def test_id_shared_by_two_taxels_matches_neither():
     matcher = TaxelMatcher(skin(ids=[7, 7, *range(100, 158)]))
     taxels, _ = matcher.match(Reading(0.0, [5.0, 6.0], ids=[7, 100]))
     assert taxels.tolist() == [2]
@@ -80,7 +80,7 @@ def test_taxel_with_aliases_shows_the_largest_of_their_values(readings, shown):
     assert matcher.heard.sum() == 2
 
 
-def test_taxel_with_aliases_shows_the_smallest_of_their_values_where_values_fall_under_pressure():
+def test_taxel_with_aliases_shows_the_smallest_value_if_values_decrease_under_pressure():
     matcher = TaxelMatcher(skin(ids=IDS, aliases=[[5, 9], [6, 2]]))
     falls = np.arange(60) == 9
     reading = Reading(0.0, [4.0, 3.0, np.nan, 2.0, 8.0], ids=[IDS[9], 5, 77, IDS[2], 6])
@@ -102,7 +102,7 @@ def test_stream_of_all_channels_has_the_value_of_each_id():
         matcher.match(Reading(0.0, np.arange(127.0)))
 
 
-def test_stream_that_fits_two_links_is_refused_with_their_names():
+def test_stream_that_fits_two_links_is_rejected_with_their_names():
     parts = [
         replace(p, taxels=replace(p.taxels, identity=replace(p.taxels.identity, stream=64)))
         for p in two_links().patches
@@ -140,7 +140,7 @@ def test_skin_without_ids_is_matched_by_taxel_numbers():
     assert TaxelMatcher(bar_skin()).match(Reading(0.0, [1.0], ids=[12]))[0].tolist() == [12]
 
 
-def test_a_table_stands_between(tmp_path):
+def test_table_maps_stream_ids_to_taxels(tmp_path):
     path = tmp_path / "ids.csv"
     path.write_text("# of our boards\nid,taxel\n500,3\n501,4\n")
     matcher = TaxelMatcher(skin(ids=IDS), load_matching(path, bar_skin()))
@@ -160,14 +160,14 @@ def test_a_table_stands_between(tmp_path):
         ("id,taxel\n3,1\n\n3,2\n", "line 4: an id is assigned to two taxels"),
     ],
 )
-def test_a_mistake_in_the_table_is_named(tmp_path, text, said):
+def test_invalid_table_entry_is_reported(tmp_path, text, said):
     path = tmp_path / "ids.csv"
     path.write_text(text)
     with pytest.raises(LiveError, match=said):
         load_matching(path, bar_skin())
 
 
-def test_rows_come_with_their_lines(tmp_path):
+def test_rows_have_their_line_numbers(tmp_path):
     path = tmp_path / "table.csv"
     path.write_text("# a remark\nA, b\n\n1, 2\n")
     assert read_rows(path, ("a",)) == [(4, {"a": "1", "b": "2"})]

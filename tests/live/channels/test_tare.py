@@ -57,7 +57,7 @@ def numbers(names):
     return {int(name.removeprefix("taxel ")) for name in names}
 
 
-def test_a_tare_is_mean_and_spread():
+def test_tare_computes_mean_and_spread():
     random = np.random.default_rng(1)
     readings = 1e6 + random.normal(0, 2, (50, 3))
     tare = Tare(3, 50)
@@ -70,7 +70,7 @@ def test_a_tare_is_mean_and_spread():
         Tare(3, 0)
 
 
-def test_a_tare_counts_only_the_values_that_were_sent():
+def test_tare_counts_only_sent_values():
     """Values of other taxels are held in between and say nothing of the noise."""
     tare = Tare(3, 4)
     values = np.array([10.0, 20.0, 30.0])
@@ -97,7 +97,7 @@ def test_a_tare_counts_only_the_values_that_were_sent():
     ],
     ids=["ends", "begins", "begins and ends", "last readings", "of five", "twice", "grows and shrinks"],
 )
-def test_a_touch_during_a_part_of_the_tare_is_left_out_and_named(touch):
+def test_touch_during_part_of_the_tare_is_excluded_and_reported(touch):
     session = tared(readings(touch))
     assert numbers(session.facts.touched_in_tare) >= CORE
     assert session.facts.held_in_tare == ()
@@ -126,7 +126,7 @@ def test_clipped_noise_during_the_tare_is_not_a_touch(seed):
     assert not TouchedTares(skin).touched(tare, np.full(len(skin), 1e3)).any()
 
 
-def test_a_touch_during_all_of_the_tare_is_reported_and_still_after_its_end_by_name():
+def test_touch_during_the_whole_tare_is_reported_with_its_taxels():
     session = tared(readings(during(0, 50)))
     assert numbers(session.facts.held_in_tare) >= FIRM
     assert session.facts.touched_in_tare == ()
@@ -135,7 +135,7 @@ def test_a_touch_during_all_of_the_tare_is_reported_and_still_after_its_end_by_n
     assert numbers(session.facts.falling_taxels) >= CORE
 
 
-def test_a_weaker_touch_is_reported_in_a_second_tare_by_comparison_with_the_first():
+def test_weaker_touch_is_reported_in_a_second_tare_by_comparison_with_the_first():
     weaker = 0.15 * PRESSED
     assert tared(readings(during(0, 50, shape=weaker))).facts.held_in_tare == ()
     session = tared(readings(during(0, 0)))
@@ -145,7 +145,7 @@ def test_a_weaker_touch_is_reported_in_a_second_tare_by_comparison_with_the_firs
     assert session.facts.held_in_tare == ()
 
 
-def test_touch_is_found_in_values_that_fall_under_pressure():
+def test_touch_is_detected_in_values_that_decrease_under_pressure():
     session = MeasuredSession(as_measured(prepared_bar()), finite=True, inverted=True)
     tared(2 * OFFSETS - readings(during(20, 50)), session)
     assert numbers(session.facts.touched_in_tare) >= CORE

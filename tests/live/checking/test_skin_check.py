@@ -53,7 +53,7 @@ def test_working_skin_is_checked_without_keys_and_has_no_faults():
     assert faults(check) == {}
 
 
-def test_part_is_left_when_all_its_taxels_were_felt_and_otherwise_after_the_pause():
+def test_part_is_completed_when_all_its_taxels_responded_or_after_the_pause():
     check = SkinCheck(SKIN)
     first, second = PARTS[:2]
     steps = []
@@ -68,7 +68,7 @@ def test_part_is_left_when_all_its_taxels_were_felt_and_otherwise_after_the_paus
     assert (check.current, check.results[1].outcome) == (2, Outcome.FELT)
 
 
-def test_dead_channel_is_silent_among_felt_neighbours_and_a_stuck_one_is_above_them():
+def test_dead_channel_is_silent_among_responding_neighbours_and_stuck_one_above_them():
     def change(values, number):
         values[dead] = 200.0
         values[stuck] = 1023.0
@@ -89,7 +89,7 @@ def test_channel_that_shows_only_noise_is_dead():
     assert faults(run(change=change)) == {ChannelFault.DEAD: [dead]}
 
 
-def test_channel_whose_noise_would_hide_the_touch_is_not_called_dead():
+def test_channel_whose_noise_would_hide_the_touch_is_not_reported_as_dead():
     random = np.random.default_rng(6)
 
     def change(values, number):
@@ -102,14 +102,14 @@ def test_channel_whose_noise_would_hide_the_touch_is_not_called_dead():
     assert found[ChannelFault.NOT_FELT] == [one]
 
 
-def test_part_without_a_response_is_left_after_the_patience_and_all_its_channels_are_dead():
+def test_part_without_response_is_skipped_after_the_timeout_with_all_channels_dead():
     check = run([PARTS[0], [], [], [], [], PARTS[2], PARTS[3]], settings=CheckSettings(patience=10.0))
     assert outcomes(check) == [Outcome.FELT, Outcome.NOTHING, Outcome.FELT, Outcome.FELT]
     assert 10.0 <= check.results[1].seconds < 10.1
     assert faults(check) == {ChannelFault.DEAD: PARTS[1].tolist()}
 
 
-def test_channel_that_was_not_pressed_is_not_called_dead():
+def test_channel_that_was_not_pressed_is_not_reported_as_dead():
     """A touch of one end of the last module says nothing about its other end."""
     end = PARTS[3][np.argsort(SKIN.patches[0].taxels.positions[PARTS[3], 0])]
     check = run([*PARTS[:3], end[:3]])
@@ -205,7 +205,7 @@ def test_source_that_ends_leaves_the_remaining_parts_open_and_names_no_fault_of_
         run([], rest=1.0)
 
 
-def test_next_skip_and_back_leave_and_repeat_a_part():
+def test_next_skip_and_back_change_the_current_part():
     check = SkinCheck(SKIN)
     check.next()
     for values, time in pressed(SKIN, []):
@@ -225,7 +225,7 @@ def test_next_skip_and_back_leave_and_repeat_a_part():
     assert (check.stage, check.current) == (CheckStage.PRESS, 3)
 
 
-def test_recording_of_any_touches_names_dead_channels_among_felt_neighbours_only():
+def test_recording_of_any_touches_names_only_dead_channels_among_responding_neighbours():
     def change(values, number):
         values[dead] = 200.0
         return values
@@ -293,6 +293,6 @@ def test_board_of_which_no_channel_responds_is_named_with_its_modules():
 
 
 @pytest.mark.parametrize("skin", [SKIN, icub_skin(stream=None), icub_skin(stream=385)], ids=["bar", "none", "other"])
-def test_boards_are_not_stated_for_streams_of_other_skins(skin):
+def test_boards_are_not_named_for_streams_of_other_skins(skin):
     check = run([], skin=skin)
     assert board_rows(check, verdicts_of(check)) == []

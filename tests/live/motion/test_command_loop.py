@@ -83,7 +83,7 @@ def loop_of(motion, count=5, *, finite=False, **options):
 
 
 @pytest.mark.parametrize(("finite", "taken"), [(False, 3), (True, 20)])
-def test_readings_that_wait_at_the_end_are_taken_for_a_limited_time(finite, taken):
+def test_waiting_readings_are_processed_for_a_limited_time_at_the_end(finite, taken):
     loop, frames = loop_of(Motion(), 20, finite=finite)
     seconds = iter(range(1000))
     loop.finish(3.0, clock=lambda: float(next(seconds)))
@@ -91,7 +91,7 @@ def test_readings_that_wait_at_the_end_are_taken_for_a_limited_time(finite, take
     assert loop._connection.status.counts.overflowed == 20 - taken
 
 
-def test_without_motion_each_reading_is_a_frame():
+def test_each_reading_is_a_frame_without_motion():
     motion = Motion()
     loop, frames = loop_of(motion)
     while loop.step():
@@ -100,7 +100,7 @@ def test_without_motion_each_reading_is_a_frame():
     assert (motion.taken, motion.checked, loop.taken) == (5, 1, 5)
 
 
-def test_while_motion_is_sent_all_that_arrived_is_one_frame():
+def test_all_waiting_readings_form_one_frame_while_motion_is_sent():
     motion = Motion(active=True)
     loop, frames = loop_of(motion)
     assert loop.step()
@@ -197,7 +197,7 @@ def test_watchdog_checks_during_a_long_pass():
     assert passed == [True]
 
 
-def test_while_paused_readings_wait_and_motion_is_checked():
+def test_readings_wait_and_motion_is_checked_while_paused():
     motion = Motion()
     loop, frames = loop_of(motion, paused=lambda: True)
     checked = threading.Event()
@@ -216,7 +216,7 @@ def test_swapped_channels_are_looked_for_only_while_no_motion_is_sent(active):
     assert (loop._session._swaps._last is None) is active
 
 
-def test_full_collections_leave_out_what_was_there_before():
+def test_objects_created_before_the_loop_are_excluded_from_garbage_collection():
     motion = Motion()
     frozen = threading.Event()
     motion.check = lambda: frozen.set() if gc.get_freeze_count() else None

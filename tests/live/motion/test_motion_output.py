@@ -100,7 +100,7 @@ class Robot:
         return [packet["velocities"]["hinge"] for packet in self.put]
 
 
-def test_a_touch_above_the_goal_is_fled_and_one_below_is_followed():
+def test_robot_retreats_from_touch_above_the_goal_and_follows_touch_below_it():
     robot = Robot()
     for _ in range(5):
         requested = robot.read()
@@ -207,7 +207,7 @@ def _moving() -> Robot:
     return robot
 
 
-def test_a_contact_beyond_the_limit_stops():
+def test_contact_above_the_force_limit_stops_motion():
     robot = _moving()
     robot.read(9.0)
     assert _stopped(robot) is StopReason.FORCE
@@ -226,7 +226,7 @@ def test_stop_of_the_controller_stops_sending():
     assert _stopped(robot) is StopReason.CONTROLLER
 
 
-def test_lost_stream_stops_motion_and_its_return_does_not_restart_it():
+def test_motion_stops_when_the_stream_is_lost_and_does_not_restart_by_itself():
     robot = _moving()
     robot.now += 0.9 * OLDEST_SECONDS
     robot.output.check()
@@ -264,7 +264,7 @@ def test_failed_sending_stops_motion_with_the_reason():
     assert len(lost) == 2 + 1 + 3  # a velocity, and each stop is tried
 
 
-def test_address_that_refuses_the_first_packets_is_named():
+def test_address_that_rejects_the_first_packets_is_named():
     def put(_packet: bytes) -> None:
         raise ConnectionRefusedError("refused")
 
@@ -305,7 +305,7 @@ def test_valid_settings_are_applied_and_invalid_ones_rejected():
     assert "no desired motion" in robot.output.problem
 
 
-def test_sparse_readings_are_not_a_stream():
+def test_sparse_readings_do_not_count_as_a_stream():
     controller = MeasuredController(prepared_bar().robot, prepared_bar().map, FORWARD)
     robot = Robot()
     robot.read()
@@ -315,12 +315,12 @@ def test_sparse_readings_are_not_a_stream():
 
 
 @pytest.mark.parametrize("limits", [{"speed": 0.0}, {"speed": 2.0}, {"force": 0.0}, {"force": float("nan")}])
-def test_limits_out_of_range_are_refused(limits):
+def test_limits_out_of_range_are_rejected(limits):
     with pytest.raises(LiveError, match="(speed|force) limit is out of range"):
         MotionLimits(**limits)
 
 
-def test_sending_waits_for_readings_however_long_they_take():
+def test_sending_waits_for_readings_without_a_timeout():
     robot = Robot(live=True)
     robot.start()
     robot.now += 1000.0
@@ -353,7 +353,7 @@ def _moving_live(**parts) -> Robot:
     return robot
 
 
-def test_readings_that_fall_behind_stop_as_too_old():
+def test_readings_that_fall_behind_stop_motion_as_too_old():
     robot = _moving_live()
     sent = robot.now
     for _ in range(200):
@@ -368,13 +368,13 @@ def test_readings_that_fall_behind_stop_as_too_old():
 
 
 @pytest.mark.parametrize("by", [-5.0, 5.0])
-def test_a_clock_that_is_set_stops(by):
+def test_changed_sender_clock_stops_motion(by):
     robot = _moving_live()
     robot.read(1.0, sent=robot.now + STEP + by)
     assert robot.output.sending.stopped is StopReason.CLOCK
 
 
-def test_a_joint_that_is_not_sent_any_more_stops_by_its_name():
+def test_joint_that_is_no_longer_sent_stops_motion_and_is_named():
     robot = _moving()
     for _ in range(30):
         robot.read(1.0, joints=False)
@@ -382,7 +382,7 @@ def test_a_joint_that_is_not_sent_any_more_stops_by_its_name():
     assert robot.output.sending.detail == "joint hinge: not heard for 0.15 s"
 
 
-def test_taxels_that_are_not_sent_any_more_stop_by_their_names():
+def test_taxels_that_are_no_longer_sent_stop_motion_and_are_named():
     robot = _moving()
     for _ in range(30):
         robot.read(1.0, taxels=[taxel for taxel in range(60) if taxel not in (7, 9)])
@@ -408,14 +408,14 @@ def test_parts_of_the_skin_may_arrive_in_turn():
         (0.9, "joint hinge: moved by 0.6 in 0.01 s"),
     ],
 )
-def test_an_impossible_position_stops_by_the_joints_name(position, said):
+def test_impossible_position_stops_motion_and_names_the_joint(position, said):
     robot = _moving()
     robot.read(1.0, joints={"hinge": position})
     assert _stopped(robot) is StopReason.IMPLAUSIBLE
     assert robot.output.sending.detail == said
 
 
-def test_an_impossible_value_stops_by_the_taxels_name():
+def test_impossible_value_stops_motion_and_names_the_taxel():
     robot = _moving()
     values = np.zeros(60)
     values[13] = -1.1 * MOST_PRESSURE
@@ -424,7 +424,7 @@ def test_an_impossible_value_stops_by_the_taxels_name():
     assert robot.output.sending.detail == "taxel 13: -1.1e+07 Pa. At most 1e+07 Pa"
 
 
-def test_a_part_of_the_skin_that_repeats_its_values_stops():
+def test_frozen_part_of_the_skin_stops_motion():
     robot = _moving()
     random = np.random.default_rng(0)
     for _ in range(220):
@@ -440,7 +440,7 @@ def test_a_part_of_the_skin_that_repeats_its_values_stops():
     assert robot.output.sending.detail == "patch top for 0.50 s"
 
 
-def test_a_tare_stops_since_nothing_is_felt_meanwhile():
+def test_tare_stops_motion():
     robot = _moving()
     robot.session.tare(10)
     robot.read(1.0)
@@ -448,7 +448,7 @@ def test_a_tare_stops_since_nothing_is_felt_meanwhile():
     assert "tared" in robot.output.sending.detail
 
 
-def test_the_strongest_contact_counts():
+def test_strongest_contact_is_compared_with_the_force_limit():
     robot = _moving()
     skin = bar_skin()
     along = skin.patches[0].taxels.positions[:, 0]
@@ -465,7 +465,7 @@ def _moving_with_threshold(threshold: float) -> Robot:
     return robot
 
 
-def test_force_below_the_contact_threshold_stops_as_well():
+def test_force_below_the_contact_threshold_can_stop_motion():
     robot = _moving_with_threshold(1e6)
     robot.read(9.0)
     assert robot.session.frame.regions == ()
@@ -478,7 +478,7 @@ def test_force_below_the_contact_threshold_stops_as_well():
     assert robot.output.sending.sending
 
 
-def test_a_threshold_that_cuts_through_a_press_does_not_split_its_force():
+def test_contact_threshold_inside_a_press_does_not_split_its_force():
     values = press_skin(bar_skin(), bar_skin().taxel_point(30), force=7.0) + 100.0  # 0.038 m² more of it: 3.8 N
     robot = _moving()
     robot.read(values=values)
@@ -486,7 +486,7 @@ def test_a_threshold_that_cuts_through_a_press_does_not_split_its_force():
     assert _stopped(robot) is StopReason.FORCE
 
 
-def test_noise_of_the_skin_is_not_a_force():
+def test_noise_of_the_skin_does_not_count_as_force():
     skin = bar_skin()
     noise = TaxelNoise(np.full(60, 100.0), np.full(60, 1e6))
     robot = Robot()
@@ -511,7 +511,7 @@ def test_tare_measures_the_noise():
 
 
 @pytest.mark.parametrize("pressure", [1.1 * LEAST_PRESSURE, 1.1 * MOST_PRESSURE])
-def test_a_pressure_that_the_calibration_makes_impossible_stops_by_the_taxels_name(pressure):
+def test_pressure_made_impossible_by_calibration_stops_motion_and_names_the_taxel(pressure):
     robot = Robot(limits=MotionLimits(force=200.0))
     robot.session = MeasuredSession(
         as_measured(prepared_bar()), calibration=Calibration(np.full(60, 1e4), np.zeros(60))
@@ -537,7 +537,7 @@ def test_force_that_is_not_finite_stops_motion():
     assert sender.state.stopped is StopReason.FORCE
 
 
-def test_the_force_is_checked_before_the_controller():
+def test_force_limit_is_checked_before_the_controller_runs():
     robot = Robot()
     robot.read()
     robot.output.use(ControlSettings(controller="impedance"))  # refuses to work
@@ -555,7 +555,7 @@ def test_slow_controller_sends_nothing():
     assert robot.output.latency.figures.largest < VALID_SECONDS
 
 
-def test_the_watchdog_stops_and_nothing_is_sent_after_it():
+def test_watchdog_stops_motion_and_nothing_is_sent_afterwards():
     robot = _moving()
     robot.now += WATCHDOG_SECONDS - 0.01
     robot.output.check_deadline()
@@ -601,7 +601,7 @@ def test_waiting_state_reports_rejected_readings():
     assert robot.output.sending.sending
 
 
-def test_after_a_stop_from_another_thread_nothing_is_sent():
+def test_nothing_is_sent_after_a_stop_from_another_thread():
     sent = []
     sender = MotionSender(("a",), lambda packet: sent.append(json.loads(packet)["state"]), LIMITS)
     sender.start(0.0)
@@ -636,7 +636,7 @@ def test_watchdog_names_a_missing_joint_while_readings_arrive():
     assert robot.output.sending.detail == "joint hinge: not heard for 0.18 s"
 
 
-def test_parts_of_the_skin_of_the_same_time_keep_the_motion():
+def test_parts_of_the_skin_with_equal_times_do_not_restart_the_controller():
     robot = _moving()
     velocity = robot.output.requested.velocity
     assert velocity[0] > 0

@@ -30,7 +30,7 @@ def rows(path, read):
     return list(read(path))
 
 
-def test_a_csv_table_with_gaps_and_mistakes(tmp_path):
+def test_csv_table_with_gaps_and_invalid_rows_is_read(tmp_path):
     path = tmp_path / "readings.csv"
     path.write_text(TABLE)
     first, second, third, fourth, last = rows(path, read_table)
@@ -80,7 +80,7 @@ def test_time_has_other_names_and_units(tmp_path, name, sent, seconds):
 
 
 @pytest.mark.parametrize(("component", "values"), [("z", [4.0, -2.0]), ("norm", [5.0, 2.0]), ("x", [3.0, 0.0])])
-def test_one_of_three_columns_per_taxel_is_its_value(tmp_path, component, values):
+def test_chosen_column_of_three_per_taxel_is_its_value(tmp_path, component, values):
     path = tmp_path / "readings.csv"
     header = "time,8_fx,8_fy,8_fz,l:9.x,l:9.y,l:9.z".replace("l:", "")
     path.write_text(f"# component: {component}\n{header}\n0,3,0,4,0,0,-2\n1,3,0,4,,,\n")
@@ -136,14 +136,14 @@ def test_contradictory_header_is_rejected(tmp_path, text, said):
     assert str(caught.value.file) == str(path)
 
 
-def test_a_file_that_is_not_there_or_no_text_is_refused(tmp_path):
+def test_missing_or_binary_file_is_rejected(tmp_path):
     (tmp_path / "noise.csv").write_bytes(b"\xff\xfe\x00\x81" * 20)
     for name in ("none.csv", "none.txt", "noise.csv", "none.mcap"):
         with pytest.raises(TactileMapsError, match="none|noise"):
             open_source(str(tmp_path / name)).open()
 
 
-def test_a_parquet_table_of_pyarrow(tmp_path):
+def test_parquet_table_is_read(tmp_path):
     pyarrow = pytest.importorskip("pyarrow", reason="an extra of 100 MB")
     parquet = pytest.importorskip("pyarrow.parquet", reason="an extra of 100 MB")
     table = pyarrow.table(
@@ -159,7 +159,7 @@ def test_a_parquet_table_of_pyarrow(tmp_path):
         rows(path, read_table)
 
 
-def test_the_text_of_cyskins_acquisition(tmp_path):
+def test_cyskin_acquisition_text_is_read(tmp_path):
     path = tmp_path / "sample.txt"
     path.write_text("19696 19697 \n0 0.600000 0 6 \n1 0.700000 1 x \n2 0.8 3 4\n")
     first, second, third = rows(path, read_text)
@@ -172,7 +172,7 @@ def test_the_text_of_cyskins_acquisition(tmp_path):
 
 
 @pytest.mark.skipif(not CYSKIN.is_dir(), reason="CySkin's recordings are not in shared/data")
-def test_recorded_samples_of_a_real_skin_are_read_whole():
+def test_recorded_samples_of_a_real_skin_are_read_completely():
     path = next(iter(sorted(CYSKIN.glob("3_finger/*.txt"))))
     readings = rows(path, read_text)
     assert len(readings) == 30

@@ -89,7 +89,7 @@ def test_packets_without_the_token_are_rejected():
 
 
 @pytest.mark.parametrize("numbered", [True, False])
-def test_udp_packet_with_a_wild_time_does_not_advance_live_time(numbered):
+def test_udp_packet_with_an_outlying_time_does_not_advance_live_time(numbered):
     source = UdpSource("127.0.0.1", 0)
     clock = SimulatedClock()
     times = []

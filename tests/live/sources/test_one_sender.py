@@ -30,7 +30,7 @@ def test_first_valid_packet_decides_the_sender():
     assert stream.refused == {"127.0.0.1:5002": 2}
 
 
-def test_silent_owner_gives_way():
+def test_silent_owner_is_replaced_by_another_sender():
     stream, clock = one_sender()
     stream.admits(b"valid", OWNER)
     clock.now = OWNED_SECONDS
@@ -40,7 +40,7 @@ def test_silent_owner_gives_way():
     assert not stream.admits(b"valid", OWNER)
 
 
-def test_addresses_without_end_are_counted_together():
+def test_excess_sender_addresses_are_counted_together():
     stream, _ = one_sender()
     stream.admits(b"valid", OWNER)
     for port in range(1000, 2000):

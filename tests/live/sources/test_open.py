@@ -64,7 +64,7 @@ def test_invalid_address_is_rejected_with_a_remedy(address, said):
     assert caught.value.remedy
 
 
-def test_port_0_listens_at_any_free_port_which_the_address_states():
+def test_port_0_listens_on_a_free_port_stated_in_the_address():
     first = open_source("udp://127.0.0.1:0")
     second = open_source("udp://127.0.0.1:0")
     first.open()
@@ -75,7 +75,7 @@ def test_port_0_listens_at_any_free_port_which_the_address_states():
     assert len(ports - {0, 9870}) == 2
 
 
-def test_other_machines_need_a_token_that_is_long():
+def test_other_machines_require_a_long_token():
     with pytest.raises(UsageError, match="open to other machines"):
         open_source("udp://0.0.0.0:9870", SourceOptions(remote=True))
     with pytest.raises(UsageError, match="too short"):
@@ -92,19 +92,19 @@ def test_other_machines_need_a_token_that_is_long():
         ("serial:///dev/ttyUSB0?foo=115200", "Choose baud"),
     ],
 )
-def test_unknown_parameters_of_an_address_are_refused_with_the_known_ones(address, known):
+def test_unknown_address_parameters_are_rejected_with_the_known_ones(address, known):
     with pytest.raises(UsageError, match=rf"the address has an unknown parameter \(found: foo\)\. {known}") as refusal:
         open_source(address)
     assert refusal.value.place == address
 
 
 @pytest.mark.parametrize("name", ["readings.csv", "readings.mcap", "zero"])
-def test_a_pipe_is_refused_before_anything_waits_for_it(tmp_path, name):
+def test_pipe_is_rejected_without_blocking(tmp_path, name):
     os.mkfifo(tmp_path / name)
     with pytest.raises(LiveError, match="this is not a file .found: a pipe"):
         open_source(str(tmp_path / name))
 
 
-def test_a_device_is_refused():
+def test_device_is_rejected():
     with pytest.raises(LiveError, match="this is not a file .found: a device"):
         open_source("/dev/zero")

@@ -58,7 +58,7 @@ def write_bag(path, storage):
 
 
 @pytest.mark.parametrize("storage", ["SQLITE3", "MCAP"])
-def test_a_bag_is_played_with_its_joints(tmp_path, storage):
+def test_bag_is_played_including_joints(tmp_path, storage):
     write_bag(tmp_path / "bag", rosbags.StoragePlugin[storage])
     (tmp_path / "map.toml").write_text(MAPPING)
     options = SourceOptions(mapping=tmp_path / "map.toml", speed=None)
@@ -82,7 +82,7 @@ def test_ids_of_a_mapping_may_state_their_link(tmp_path):
     assert (reading.ids.tolist(), reading.links) == ([3, 3], ("l_hand", "r_hand"))
 
 
-def test_fields_may_be_nested_and_the_stamp_is_the_time():
+def test_nested_fields_are_read_and_the_stamp_is_the_time():
     reader = MessageReader(RosTopics("/skin", "position", stamp="header.stamp"))
     reading = reader.read("/skin", STORE.deserialize_cdr(STORE.serialize_cdr(joints(a=1.0), JOINTS), JOINTS), 99.0)
     assert (reading.time, reading.values.tolist()) == (3.000000005, [1.0])
@@ -121,14 +121,14 @@ def test_missing_topic_and_invalid_bag_are_rejected(tmp_path):
         ("[readings", "not TOML"),
     ],
 )
-def test_a_mistake_in_the_mapping_is_named(tmp_path, text, said):
+def test_invalid_mapping_entry_is_reported(tmp_path, text, said):
     path = tmp_path / "map.toml"
     path.write_text(text)
     with pytest.raises(LiveError, match=said):
         load_topics(path)
 
 
-def test_live_the_type_must_be_named_and_ros_be_there():
+def test_live_topics_require_a_type_and_an_installed_ros():
     with pytest.raises(LiveError, match="does not state the type"):
         Ros2Source(RosTopics("/skin", "data"))
     try:
@@ -212,7 +212,7 @@ def guide_mapping(kind):
 
 
 @pytest.mark.parametrize("kind", VENDORS)
-def test_mapping_of_the_guide_reads_message_bytes(kind, tmp_path):
+def test_mapping_in_the_guide_reads_encoded_messages(kind, tmp_path):
     make, ids, values = VENDORS[kind]
     path = tmp_path / "map.toml"
     path.write_text(guide_mapping(kind))

@@ -30,7 +30,7 @@ def line(number):
     return encode_json(Reading(0.01 * number, [1.0, 2.0], sequence=number)) + b"\r\n"
 
 
-def test_lines_arrive_in_any_pieces(port):
+def test_lines_split_into_any_chunks_are_read(port):
     source, board = port
     whole = line(1) + b"\n" + line(2)
     os.write(board, whole[:20])
@@ -40,7 +40,7 @@ def test_lines_arrive_in_any_pieces(port):
     assert source.receive(0.0) is None
 
 
-def test_the_first_line_may_have_begun_before_and_later_ones_may_not(port):
+def test_only_the_first_line_may_be_incomplete(port):
     source, board = port
     os.write(board, line(1)[9:] + line(2) + line(3)[9:] + line(4))
     assert source.receive(0.5) is None
@@ -50,7 +50,7 @@ def test_the_first_line_may_have_begun_before_and_later_ones_may_not(port):
     assert source.receive(0.5).sequence == 4
 
 
-def test_a_board_that_is_pulled_out_is_lost():
+def test_disconnected_board_is_reported_as_lost():
     board, ours = pty.openpty()
     source = SerialSource(os.ttyname(ours))
     source.open()

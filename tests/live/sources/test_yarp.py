@@ -64,7 +64,7 @@ def test_messages_have_number_time_and_values():
         source.close()
 
 
-def test_link_of_the_address_is_that_of_all_channels():
+def test_link_in_the_address_applies_to_all_channels():
     with port(STATE) as number:
         source = open_source(f"yarp://127.0.0.1:{number}?link=l_forearm")
         source.open()
@@ -76,7 +76,7 @@ def test_link_of_the_address_is_that_of_all_channels():
         open_source("yarp://127.0.0.1:5?part=arm")
 
 
-def test_messages_without_an_envelope_get_our_time_and_text_is_malformed():
+def test_messages_without_envelope_get_the_arrival_time_and_text_is_malformed():
     with port("do\n1 2\nd\nhello yarp\ndo\n3 4\n") as number:
         source = YarpSource("127.0.0.1", number, clock=lambda: 7.0)
         source.open()
@@ -88,7 +88,7 @@ def test_messages_without_an_envelope_get_our_time_and_text_is_malformed():
         source.close()
 
 
-def test_the_name_server_tells_where_a_port_is():
+def test_name_server_resolves_a_port():
     with port(STATE) as number, port("", known={"/skin/torso": number}) as names:
         source = YarpSource("127.0.0.1", names, name="/skin/torso")
         source.open()

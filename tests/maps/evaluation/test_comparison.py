@@ -36,7 +36,7 @@ def _row(comparison, name):
 
 
 @pytest.mark.long
-def test_a_map_against_itself(automatic, body):
+def test_comparison_of_a_map_with_itself_has_no_difference(automatic, body):
     comparison = compare_maps(automatic, automatic, distances=body)
     assert comparison.procrustes_mm < 1e-9
     assert {row.better for row in comparison.measures} == {"neither"}
@@ -45,7 +45,7 @@ def test_a_map_against_itself(automatic, body):
 
 
 @pytest.mark.long
-def test_the_stretched_one_is_worse_where_it_is(automatic, body):
+def test_stretched_map_is_worse_where_it_is_stretched(automatic, body):
     (first, second) = automatic.charts
     stretched = TactileMap(automatic.skin, (replace(first, plane=first.plane * [1.6, 1]), second), automatic.layout)
     comparison = compare_maps(stretched, automatic, distances=body)
@@ -58,7 +58,7 @@ def test_the_stretched_one_is_worse_where_it_is(automatic, body):
 
 
 @pytest.mark.long
-def test_layout_is_evaluated_by_its_points_alone(automatic, body):
+def test_layout_is_evaluated_only_by_its_points(automatic, body):
     shuffled = np.random.default_rng(0).permutation(len(automatic.skin))
     by_hand = TaxelLayout(2 * automatic.taxel_points[shuffled] + 1, shuffled)
     comparison = compare_maps(automatic, by_hand, distances=body)
@@ -76,7 +76,7 @@ def test_body_distances_default_to_those_of_the_map(automatic, body):
 
 
 @pytest.mark.long
-def test_the_table_is_json(automatic, body):
+def test_comparison_table_is_valid_json(automatic, body):
     report = compare_maps(automatic, TaxelLayout(automatic.taxel_points), distances=body).to_json()
     assert json.loads(json.dumps(report, allow_nan=False)) == report
     assert report["measures"][0].keys() == {"name", "first", "second", "better"}
@@ -90,12 +90,12 @@ def test_the_table_is_json(automatic, body):
         (np.full((60, 2), np.nan), None, "not finite"),
     ],
 )
-def test_other_taxels_cannot_be_compared(automatic, body, points, numbers, problem):
+def test_maps_of_different_taxels_are_rejected(automatic, body, points, numbers, problem):
     with pytest.raises(MapError, match=problem):
         compare_maps(automatic, TaxelLayout(points, numbers), distances=body)
 
 
-def test_two_layouts_need_a_body(body, automatic):
+def test_comparison_of_two_layouts_requires_a_body(body, automatic):
     layout = TaxelLayout(automatic.taxel_points)
     with pytest.raises(MapError, match="no distances on the body"):
         compare_maps(layout, layout)
@@ -116,7 +116,7 @@ def test_procrustes_finds_the_best_similarity_of_each_part():
     assert procrustes(first, second, np.array([0, 50])) > 0.1
 
 
-def test_points_all_in_one_place_are_as_far_as_the_map_is_wide():
+def test_coincident_points_have_the_error_of_the_map_width():
     first = np.array([[0.0, 0], [2, 0], [0, 2], [2, 2]])
     assert procrustes(first, np.zeros((4, 2)), np.array([0, 4])) == pytest.approx(np.sqrt(2))
 
@@ -178,7 +178,7 @@ def drawn(skin):
     return TaxelSet("drawn", "patch", np.arange(len(order)), positions[order], points=points[order])
 
 
-def test_each_point_goes_to_its_own_taxel(skin, drawn):
+def test_each_point_is_assigned_to_its_taxel(skin, drawn):
     layout = drawn_layout(drawn, skin)
     positions = skin.patches[0].taxels.positions
     assert len(layout.points) == len(positions) - 1
@@ -186,7 +186,7 @@ def test_each_point_goes_to_its_own_taxel(skin, drawn):
     np.testing.assert_allclose(layout.points, 2 * positions[layout.numbers, :2])
 
 
-def test_a_taxel_drawn_twice_counts_once(skin, drawn):
+def test_taxel_drawn_twice_counts_once(skin, drawn):
     assert drawn.points is not None
     twice = TaxelSet(
         "twice",
@@ -199,11 +199,11 @@ def test_a_taxel_drawn_twice_counts_once(skin, drawn):
     assert len(np.unique(numbers)) == len(numbers)
 
 
-def test_a_drawing_of_another_body_is_rejected(skin, drawn):
+def test_drawing_of_another_body_is_rejected(skin, drawn):
     with pytest.raises(MapError, match=r"not of this skin.*mm \(median\) from"):
         drawn_layout(replace(drawn, positions=drawn.positions + 0.5), skin)
 
 
-def test_a_file_without_points_is_rejected(skin, drawn):
+def test_file_without_points_is_rejected(skin, drawn):
     with pytest.raises(MapError, match="no map points"):
         drawn_layout(replace(drawn, points=None), skin)

@@ -45,7 +45,7 @@ def _by_triangles(map_):
 
 
 @pytest.mark.long
-def test_stretch_is_that_of_each_triangle():
+def test_stretch_is_computed_for_each_triangle():
     map_ = build_map(skin_of(named("hemisphere"), named("saddle"), taxels=20))
     found = distortion(map_)
     expected = _by_triangles(map_)
@@ -70,34 +70,34 @@ def test_known_stretch_is_measured(flat):
     assert not found.flipped.any()
 
 
-def test_turned_faces_are_found_and_measured_like_others(flat):
+def test_flipped_faces_are_found_and_measured_like_others(flat):
     found = distortion(_spoiled(flat, lambda plane: plane * [-1, 1]))
     assert found.flipped.all()
     np.testing.assert_allclose(found.energy, 4, rtol=1e-5)
 
 
-def test_a_face_drawn_as_a_line_is_infinitely_distorted(flat):
+def test_face_mapped_to_a_line_has_infinite_distortion(flat):
     found = distortion(_spoiled(flat, lambda plane: plane * [1, 0]))
     assert found.flipped.all()
     assert np.isinf([found.angle, found.isometry, found.energy]).all()
     assert found.spread(found.energy).median == np.inf
 
 
-def test_the_middle_and_the_tail_are_by_area():
+def test_median_and_percentiles_are_weighted_by_area():
     faces = Distortion(np.ones((4, 2)), np.zeros(4, bool), np.array([0.5, 0.3, 0.1, 0.1]))
     spread = faces.spread(np.array([1.0, 2.0, 3.0, 9.0]))
     assert (spread.median, spread.p95, spread.max) == (2.0, 9.0, 9.0)
     assert faces.spread(np.array([2.0, 1.0, 3.0, 9.0])).median == 2.0
 
 
-def test_distribution_without_faces_is_an_error():
+def test_distribution_without_faces_raises_an_error():
     empty = Distortion(np.zeros((0, 2)), np.zeros(0, bool), np.zeros(0))
     for summarise in (lambda: empty.spread(np.zeros(0)), lambda: empty.mean_energy):
         with pytest.raises(MapError, match="without faces"):
             summarise()
 
 
-def test_values_cannot_be_changed(flat):
+def test_distortion_is_read_only(flat):
     with pytest.raises(ValueError, match="read-only"):
         distortion(flat).stretch[0] = 1
 
@@ -120,14 +120,14 @@ def test_sheet_stretched_to_twice_its_length_has_distortion_two(flat, measured, 
     assert (found.spread.median, found.spread.p95) == pytest.approx((factor, factor), rel=1e-4)
 
 
-def test_areas_shown_too_small_count_as_far_from_kept_as_those_too_large(flat):
+def test_shrunk_and_enlarged_areas_count_equally(flat):
     smaller = stretch(spoiled(flat, lambda plane: 0.5 * plane), "area")
     np.testing.assert_allclose(smaller.faces, 0.25, rtol=1e-4)
     assert smaller.spread.median == pytest.approx(4.0, rel=1e-4)
 
 
 @pytest.mark.long
-def test_numbers_equal_those_of_the_quality_panel(three_patches):
+def test_values_equal_those_of_the_quality_panel(three_patches):
     quality = measure(three_patches)
     for kind, card in (("angle", quality.angle), ("area", quality.area)):
         assert stretch(three_patches, kind).spread == card
@@ -143,13 +143,13 @@ def test_known_distortion_is_reused(three_patches):
     assert stretch(three_patches, "angle").faces.shape == (sum(len(chart.faces) for chart in three_patches.charts),)
 
 
-def test_a_line_instead_of_a_patch_is_infinitely_stretched(flat):
+def test_patch_mapped_to_a_line_has_infinite_distortion(flat):
     line = spoiled(flat, lambda plane: plane * [1.0, 0.0])
     assert np.isinf(stretch(line, "angle").spread.max)
     assert stretch(line, "area").flipped.all()
 
 
-def test_a_patch_in_a_hole_of_another_is_not_within_it():
+def test_patch_in_a_hole_of_another_is_not_within_it():
     turn = np.linspace(0, 2 * np.pi, 60, endpoint=False)
     circle = np.stack([np.cos(turn), np.sin(turn)], axis=1)
     ring = [3 * circle, 2 * circle[::-1]]
@@ -160,7 +160,7 @@ def test_a_patch_in_a_hole_of_another_is_not_within_it():
     ]
 
 
-def test_a_checker_is_dark_on_every_other_square_and_half_on_the_lines():
+def test_checker_is_dark_on_alternate_squares_and_half_dark_on_lines():
     squares = np.array([[0.5, 0.5], [1.5, 0.5], [1.5, 1.5], [-0.5, 0.5], [-0.5, -0.5]])
     assert checkerboard(0.02 * squares, side=0.02, blur=1e-4).tolist() == [1, 0, 1, 0, 1]
     on_lines = np.array([[1.0, 0.3], [0.3, 2.0], [1.0, 1.0]])
@@ -184,7 +184,7 @@ def test_circles_are_round_on_the_body():
     assert circles.cover(np.array([-1]), np.array([0]), np.full((1, 3), 1 / 3), blur=1e-4).tolist() == [0.0]
 
 
-def test_circles_do_not_shine_through_a_thin_wall():
+def test_circles_are_not_visible_through_a_thin_wall():
     """The far side of a tube is within reach of a large circle, but looks the other way."""
     tube = named("tube")
     circles = TissotCircles(skin_of(tube).patches, radius=0.5, spacing=10.0)
@@ -196,7 +196,7 @@ def test_circles_do_not_shine_through_a_thin_wall():
     assert 0.4 < (covered > 0).mean() < 0.6
 
 
-def test_spread_points_are_as_many_as_fit():
+def test_number_of_spread_points_is_as_large_as_fits():
     points = np.random.default_rng(5).uniform(0, 1, (500, 2))
     chosen = points[spaced_subset(points, 0.1)]
     apart = np.linalg.norm(chosen[:, None] - chosen, axis=2)

@@ -62,7 +62,7 @@ def _with(map_, **changes):
 
 
 @pytest.mark.long
-def test_a_flat_skin_is_mapped_without_loss(flat):
+def test_flat_skin_is_mapped_without_distortion(flat):
     quality = measure(flat)
     assert (quality.patches, quality.taxels, quality.faces) == (2, 60, 2 * (24 * 16 + 16 * 16))
     assert (quality.flips, quality.bijective) == (0, True)
@@ -74,14 +74,14 @@ def test_a_flat_skin_is_mapped_without_loss(flat):
 
 
 @pytest.mark.long
-def test_coverage_is_that_of_the_skin(flat):
+def test_coverage_equals_that_of_the_skin(flat):
     assert measure(flat).coverage == 1.0
     half = replace(flat.skin, bare_area=sum(patch.surface.area for patch in flat.skin.patches))
     assert measure(TactileMap(half, flat.charts, flat.layout)).coverage == pytest.approx(0.5)
 
 
 @pytest.mark.long
-def test_a_known_stretch_is_measured(flat):
+def test_known_stretch_is_measured(flat):
     quality = measure(_with(flat, plane=flat.charts[0].plane * [2, 1]))
     assert quality.angle.max == pytest.approx(2, rel=1e-3)
     assert quality.area.max == pytest.approx(2, rel=1e-3)
@@ -107,7 +107,7 @@ def test_flips_are_counted(flat):
 @pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("offset", [(0.0, 0.0), (0.02, 0.01), (-0.01, 0.03)])
-def test_patches_on_top_of_each_other_are_noticed(offset):
+def test_overlapping_patches_are_detected(offset):
     apart = build_map(skin_of(sheet(), sheet(width=0.03, height=0.02), taxels=10))
     over = TactileMap(apart.skin, apart.charts, MapLayout((Placement(), Placement(offset=offset))))
     assert measure(apart).bijective
@@ -116,7 +116,7 @@ def test_patches_on_top_of_each_other_are_noticed(offset):
     assert quality.overlaps > 0
 
 
-def test_a_patch_in_the_hole_of_another_overlaps_nothing():
+def test_patch_in_the_hole_of_another_does_not_overlap():
     ring = named("sheet")
     small = sheet(4, 4, width=0.01, height=0.01)
     middle = ring.vertices[ring.faces].mean(axis=1)
@@ -151,24 +151,24 @@ def test_known_modules_give_separate_scores(three_patches):
 
 
 @pytest.mark.long
-def test_a_mirrored_patch_is_still_one_to_one(flat):
+def test_mirrored_patch_is_one_to_one(flat):
     places = (Placement(offset=(-1.0, 0.0), mirrored=True), flat.layout.placements[1])
     assert measure(TactileMap(flat.skin, flat.charts, MapLayout(places))).bijective
 
 
 @pytest.mark.long
-def test_a_round_trip_stays_within_a_pixel(three_patches):
+def test_round_trip_stays_within_a_pixel(three_patches):
     pixel_mm = 1e3 * np.ptp(three_patches.bounds, axis=0)[0] / 512
     assert 0.1 * pixel_mm < measure(three_patches, sources=3).round_trip_mm < 1.5 * pixel_mm
 
 
 @pytest.mark.long
-def test_the_image_keeps_the_force(three_patches):
+def test_image_conserves_the_force(three_patches):
     assert measure(three_patches, sources=3).force_error < 1e-12
 
 
 @pytest.mark.long
-def test_the_seam_is_measured_on_the_body():
+def test_seam_is_measured_on_the_body():
     assert measure(build_map(skin_of(frustum(length=0.2))), sources=2).seam_mm == pytest.approx(200, rel=1e-9)
 
 
@@ -179,7 +179,7 @@ def test_findings_of_skin_and_charts_are_passed_on():
 
 
 @pytest.mark.long
-def test_the_report_is_json_with_the_promised_keys(three_patches):
+def test_report_is_json_with_the_documented_keys(three_patches):
     report = measure(three_patches, sources=3).to_json()
     assert set(report) >= PROMISED
     for name in ("angle", "area", "isometry", "energy"):
@@ -188,7 +188,7 @@ def test_the_report_is_json_with_the_promised_keys(three_patches):
 
 
 @pytest.mark.long
-def test_unknown_measure_is_null():
+def test_unknown_measure_is_null_in_json():
     quality = measure(build_map(skin_of(sheet(), taxels=5)))
     assert quality.trustworthiness is None
     assert quality.to_json()["trustworthiness"] is None

@@ -56,7 +56,7 @@ def test_distances_on_a_large_skin_are_exact_near_and_approximate_far():
 
 @pytest.mark.long
 @pytest.mark.usefixtures("no_budget")
-def test_rows_spread_evenly_say_what_all_exact_distances_do(monkeypatch):
+def test_measures_from_sampled_rows_agree_with_all_exact_distances(monkeypatch):
     """Errors of the sampled measures: stress, rank correlation, trustworthiness and continuity."""
     monkeypatch.setattr(topography, "_ROWS", 40)
     skin = skin_of(named("bumpy tube"), taxels=120)
@@ -79,7 +79,7 @@ def test_rows_spread_evenly_say_what_all_exact_distances_do(monkeypatch):
 
 
 @pytest.mark.usefixtures("no_budget")
-def test_rows_are_farthest_from_each_other():
+def test_sampled_rows_are_far_from_each_other():
     skin = skin_of(sheet(), taxels=60)
     positions = skin.patches[0].taxels.positions
     rows = topography._spread(positions, 12, np.random.default_rng(0))
@@ -97,7 +97,7 @@ def test_every_patch_gets_its_share_of_sources_and_two_at_least():
 
 
 @pytest.mark.usefixtures("no_budget")
-def test_the_same_seed_asks_the_same_taxels():
+def test_same_seed_selects_the_same_taxels():
     skin = skin_of(named("saddle"), taxels=40)
     one, same, other = (BodyDistances(skin, sources=4, seed=seed).patches[0] for seed in (3, 3, 4))
     np.testing.assert_array_equal(one.from_sources, same.from_sources)
@@ -121,7 +121,7 @@ def _exact(skin):
 @pytest.mark.long
 @pytest.mark.usefixtures("no_budget")
 @pytest.mark.parametrize("name", ["tube", "saddle"])
-def test_neighbours_are_exactly_apart_however_far(name, monkeypatch):
+def test_distances_of_neighbours_are_exact_at_any_distance(name, monkeypatch):
     monkeypatch.setattr(topography, "_REACH", 0.5)
     tube = frustum(0.03, 0.03, length=0.06, around=30, along=12)
     skin = skin_of(tube if name == "tube" else named("saddle"), taxels=40)
@@ -146,13 +146,13 @@ def test_inexact_distances_have_a_finding():
     assert note.kind == "inexact-distance"
 
 
-def test_a_lone_taxel_has_no_neighbours():
+def test_isolated_taxel_has_no_neighbours():
     body = BodyDistances(skin_of(sheet(), taxels=1))
     assert body.pairs.shape == (0, 2)
     assert body.patches[0].from_sources.tolist() == [[0.0]]
 
 
-def test_taxels_alone_are_measured_through_space():
+def test_isolated_taxels_are_measured_through_space():
     positions = np.random.default_rng(0).uniform(0, 0.03, (20, 3))
     body = straight_distances(positions, first=[0, 12, 20], pair=0.01)
     assert [patch.near.shape for patch in body.patches] == [(12, 12), (8, 8)]
@@ -210,7 +210,7 @@ def _slowly(points, distances, k, module):
 
 @pytest.mark.parametrize("k", [3, 6, 10])
 @pytest.mark.parametrize("between", [False, True])
-def test_neighbourhoods_are_those_counted_slowly(cloud, k, between):
+def test_neighbourhoods_agree_with_brute_force(cloud, k, between):
     points, distances, modules = cloud
     module = modules if between else None
     (patch,) = distances.patches
@@ -226,7 +226,7 @@ def test_equal_distances_are_not_ordered_by_rounding():
     assert neighbourhoods(grid @ turn.T / 3 + 0.1, patch) == (1.0, 1.0)
 
 
-def test_rank_correlation_and_stress_are_those_of_the_definition(cloud):
+def test_rank_correlation_and_stress_follow_their_definitions(cloud):
     points, distances, _ = cloud
     off = ~np.eye(120, dtype=bool)
     on_map = np.linalg.norm(points[:, None] - points[None], axis=2)[off]
@@ -256,7 +256,7 @@ def test_pairs_between_modules_are_counted_separately(cloud):
     assert alone.continuity_between_modules is None
 
 
-def test_a_turned_module_shows_between_modules():
+def test_rotated_module_increases_the_error_between_modules():
     columns, rows = np.meshgrid(np.arange(24.0), np.arange(8.0))
     grid = np.stack([columns, rows], axis=-1).reshape(-1, 2)
     module = (grid[:, 0] // 4 + 6 * (grid[:, 1] // 4)).astype(int)
@@ -268,7 +268,7 @@ def test_a_turned_module_shows_between_modules():
     assert shape.trustworthiness_between_modules < shape.trustworthiness < 1
 
 
-def test_a_flat_patch_keeps_everything(flat, body):
+def test_flat_patch_preserves_all_distances(flat, body):
     shape = measure_topography(flat.taxel_points, body)
     assert shape.stress < 2e-5
     assert shape.edge_error < 5e-5, "taxels near a corner of the mesh are measured from the corner"
@@ -276,22 +276,22 @@ def test_a_flat_patch_keeps_everything(flat, body):
     assert min(shape.spearman, shape.trustworthiness, shape.continuity) > 1 - 1e-3
 
 
-def test_scale_does_not_matter(flat, body):
+def test_measures_do_not_depend_on_scale(flat, body):
     assert measure_topography(7 * flat.taxel_points, body).stress < 1e-4
 
 
-def test_a_stretched_map_is_worse(flat, body):
+def test_stretched_map_is_worse(flat, body):
     shape = measure_topography(flat.taxel_points * [1.5, 1], body)
     assert 0.05 < shape.edge_error < 0.25
     assert shape.stress > 0.05
 
 
-def test_a_folded_map_has_false_neighbours(flat, body):
+def test_folded_map_has_false_neighbours(flat, body):
     points = flat.taxel_points
     assert measure_topography(np.abs(points - points.mean(axis=0)), body).trustworthiness < 0.97
 
 
-def test_a_seam_loses_neighbours_but_makes_no_false_ones():
+def test_seam_loses_neighbours_but_makes_no_false_ones():
     map_ = build_map(skin_of(frustum(around=40, along=24), taxels=80))
     shape = measure_topography(map_.taxel_points, BodyDistances(map_.skin))
     assert shape.torn > 0.02
@@ -300,7 +300,7 @@ def test_a_seam_loses_neighbours_but_makes_no_false_ones():
 
 
 @pytest.mark.long
-def test_patches_count_by_their_taxels(flat):
+def test_patches_are_weighted_by_their_number_of_taxels(flat):
     skin = skin_of(sheet(24, 16), sheet(24, 16), taxels=30)
     body = BodyDistances(skin)
     good = np.concatenate([patch.taxels.positions[:, :2] for patch in skin.patches])
@@ -311,7 +311,7 @@ def test_patches_count_by_their_taxels(flat):
     assert half == pytest.approx(0.5 * (worse + neighbourhoods(good[:30], body.patches[0])[0]))
 
 
-def test_patches_too_small_to_rank_are_unknown_not_perfect():
+def test_measures_of_patches_too_small_to_rank_are_unknown():
     map_ = build_map(skin_of(sheet(), taxels=6))
     assert measure_topography(map_.taxel_points, BodyDistances(map_.skin)).trustworthiness is None
 
@@ -319,7 +319,7 @@ def test_patches_too_small_to_rank_are_unknown_not_perfect():
 @pytest.mark.sampled(1)
 @pytest.mark.usefixtures("no_budget")
 @pytest.mark.parametrize("rows", [0, 5, 40])
-def test_across_a_sharp_bend_neighbours_are_exactly_apart_though_farther_than_their_arc(monkeypatch, rows):
+def test_distances_of_neighbours_across_a_sharp_bend_are_exact(monkeypatch, rows):
     monkeypatch.setattr(topography, "_ROWS", rows)
     skin = skin_of(sheet(36, 24, shape=lambda x, y: 3 * np.abs(x - 0.06)), taxels=45)
     body = BodyDistances(skin)
@@ -329,7 +329,7 @@ def test_across_a_sharp_bend_neighbours_are_exactly_apart_though_farther_than_th
     np.testing.assert_allclose(body.lengths, exact[i, j], atol=1e-12)
 
 
-def test_a_single_taxel_has_no_lengths():
+def test_measures_of_a_single_taxel_are_unknown():
     map_ = build_map(skin_of(sheet(), taxels=1))
     body = BodyDistances(map_.skin)
     error, torn = edge_lengths(map_.taxel_points, body)
@@ -339,6 +339,6 @@ def test_a_single_taxel_has_no_lengths():
     assert shape.spearman is None
 
 
-def test_a_map_of_one_point_is_unknown(flat, body):
+def test_measures_of_a_map_collapsed_to_a_point_are_unknown(flat, body):
     shape = measure_topography(np.zeros_like(flat.taxel_points), body)
     assert (shape.stress, shape.spearman, shape.edge_error) == (None, None, None)

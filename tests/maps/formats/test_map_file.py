@@ -33,7 +33,7 @@ def test_saved_data_are_restored(three_patches, tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["map.npz"], "no half-written file is left"
 
 
-def test_findings_survive():
+def test_findings_are_restored():
     map_ = build_map(skin_of(named("nearly closed")))
     assert map_.charts[0].findings
     assert map_from_bytes(map_to_bytes(map_)).charts[0].findings == map_.charts[0].findings
@@ -55,7 +55,7 @@ def test_findings_survive():
         ({"placements": [[0.0, 0.0, 0.0, 1]] * 3}, "header is broken"),
     ],
 )
-def test_a_broken_header_is_rejected(three_patches, header, says):
+def test_broken_header_is_rejected(three_patches, header, says):
     with pytest.raises(MapError, match=says):
         map_from_bytes(_changed(three_patches, header=header), file="bad.npz")
 
@@ -92,7 +92,7 @@ def _bad_arrays(map_):
 
 @pytest.mark.sampled(5)
 @pytest.mark.parametrize("case", range(15))
-def test_a_broken_array_is_rejected_with_file_patch_and_name(three_patches, case):
+def test_broken_array_is_rejected_with_file_patch_and_name(three_patches, case):
     name, values, says = _bad_arrays(three_patches)[case]
     with pytest.raises(MapError, match=says) as caught:
         map_from_bytes(_changed(three_patches, **{f"_0_{name}": values}), file="bad.npz")
@@ -100,7 +100,7 @@ def test_a_broken_array_is_rejected_with_file_patch_and_name(three_patches, case
     assert "patch 0" in str(caught.value)
 
 
-def test_a_chart_that_is_no_disk_is_rejected():
+def test_chart_that_is_not_a_disk_is_rejected():
     """The right faces in the right place, but with the tube's ends left open: two borders."""
     map_ = build_map(skin_of(named("tube")))
     surface = map_.skin.patches[0].surface
@@ -126,23 +126,23 @@ def test_bytes_of_another_kind_are_rejected(data):
 
 
 @pytest.mark.parametrize("share", [0.1, 0.5, 0.9, 0.999])
-def test_a_cut_file_is_rejected(three_patches, share):
+def test_truncated_file_is_rejected(three_patches, share):
     data = map_to_bytes(three_patches)
     with pytest.raises(MapError):
         map_from_bytes(data[: int(share * len(data))])
 
 
-def test_a_missing_file_is_named(tmp_path):
+def test_missing_file_is_named(tmp_path):
     with pytest.raises(MapError, match=r"nowhere\.npz"):
         load_map(tmp_path / "nowhere.npz")
 
 
-def test_missing_folder_is_named_and_nothing_is_lost(three_patches, tmp_path):
+def test_missing_folder_is_named_without_data_loss(three_patches, tmp_path):
     with pytest.raises(MapError, match="cannot be written"):
         save_map(three_patches, tmp_path / "no" / "map.npz")
 
 
-def test_obj_holds_the_body_and_the_map(three_patches, tmp_path):
+def test_obj_contains_the_body_and_the_map(three_patches, tmp_path):
     write_map_obj(three_patches, tmp_path / "map.obj")
     lines = [line.split() for line in (tmp_path / "map.obj").read_text().splitlines()]
     v = np.array([line[1:] for line in lines if line[0] == "v"], dtype=float)
@@ -159,14 +159,14 @@ def test_obj_holds_the_body_and_the_map(three_patches, tmp_path):
     np.testing.assert_allclose(vt[corners[..., 1]] * (high - low).max() + low, flat, atol=1e-8)
 
 
-def test_a_file_from_before_patches_could_be_scaled_is_read(three_patches):
+def test_older_file_without_patch_scales_is_read(three_patches):
     header, arrays = unpack_arrays(map_to_bytes(three_patches), error=MapError)
     old = header | {"version": 1, "placements": [entry[:4] for entry in header["placements"]]}
     assert map_from_bytes(pack_arrays(old, arrays)).layout == three_patches.layout
 
 
 @pytest.mark.long
-def test_a_scale_survives_and_an_absurd_one_is_rejected(three_patches):
+def test_patch_scale_is_restored_and_an_implausible_one_rejected(three_patches):
     places = [replace(place, scale=2.5, mirrored=True) for place in three_patches.layout.placements]
     scaled = replace(three_patches, layout=MapLayout(tuple(places)))
     assert map_from_bytes(map_to_bytes(scaled)).layout == scaled.layout
@@ -177,7 +177,7 @@ def test_a_scale_survives_and_an_absurd_one_is_rejected(three_patches):
             map_from_bytes(pack_arrays(broken, arrays))
 
 
-def test_existing_file_is_replaced_only_where_that_is_stated(three_patches, tmp_path):
+def test_existing_file_is_replaced_only_on_request(three_patches, tmp_path):
     path = tmp_path / "map.npz"
     path.write_bytes(b"precious")
     with pytest.raises(MapError, match=r"already exists.*\(overwrite=True\)"):

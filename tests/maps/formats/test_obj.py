@@ -39,7 +39,7 @@ def test_polygons_are_split_and_counted(tmp_path):
     assert obj.square == (0.1, -0.2, 0.5)
 
 
-def test_a_vertex_may_carry_more_than_its_place(tmp_path):
+def test_vertex_may_have_additional_values(tmp_path):
     obj = read(tmp_path, "v 0 0 0 1.0 0.5 0\nv 1 0 0 1\nv 0 1 0\nvt 0 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\n")
     assert obj.surface.vertices.tolist() == [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
     assert obj.uv.tolist() == [[0, 0], [1, 0], [0, 1]]
@@ -72,7 +72,7 @@ def test_broken_files_are_rejected_with_line_and_value(tmp_path, text, problem):
         read(tmp_path, text)
 
 
-def test_absurd_sizes_and_missing_files_are_rejected(tmp_path, monkeypatch):
+def test_implausible_sizes_and_missing_files_are_rejected(tmp_path, monkeypatch):
     monkeypatch.setattr(obj, "MAX_LINES", 5)
     with pytest.raises(MapError, match="more than 5 lines"):
         read(tmp_path, SQUARE)
@@ -114,7 +114,7 @@ def as_other_tool(map_, path, *, change=lambda uv, k: uv, digits=6, seed=0, keep
     return path
 
 
-def test_the_file_holds_the_body_and_the_map(three_patches, tmp_path):
+def test_file_contains_the_body_and_the_map(three_patches, tmp_path):
     write_map_obj(three_patches, tmp_path / "map.obj")
     obj = read_obj(tmp_path / "map.obj")
     assert obj.groups == ("patch_0", "patch_1", "patch_2")
@@ -140,7 +140,7 @@ def test_written_file_is_read_back(three_patches, tmp_path):
 
 
 @pytest.mark.parametrize("mirrored", [False, True])
-def test_a_mirrored_placement_survives(one, tmp_path, mirrored):
+def test_mirrored_placement_is_restored(one, tmp_path, mirrored):
     placed = TactileMap(one.skin, one.charts, MapLayout((Placement(0.7, (3.0, -1.0), mirrored),)))
     write_map_obj(placed, tmp_path / "map.obj")
     back = read_map_obj(tmp_path / "map.obj", one.skin)
@@ -150,7 +150,7 @@ def test_a_mirrored_placement_survives(one, tmp_path, mirrored):
 
 
 @pytest.mark.long
-def test_another_order_and_six_digits_change_nothing(three_patches, tmp_path):
+def test_map_is_restored_from_another_order_and_six_digits(three_patches, tmp_path):
     path = as_other_tool(three_patches, tmp_path / "map.obj")
     back = read_map_obj(path, three_patches.skin)
     np.testing.assert_allclose(back.taxel_points, three_patches.taxel_points, atol=1e-5)
@@ -159,7 +159,7 @@ def test_another_order_and_six_digits_change_nothing(three_patches, tmp_path):
 
 
 @pytest.mark.long
-def test_moved_scaled_and_mirrored_it_has_the_true_area_again(three_patches, tmp_path):
+def test_moved_scaled_and_mirrored_map_gets_its_true_area(three_patches, tmp_path):
     def change(uv, k):
         return 7.5 * uv * [-1, 1] + [40, -3]
 
@@ -173,7 +173,7 @@ def test_moved_scaled_and_mirrored_it_has_the_true_area_again(three_patches, tmp
 
 
 @pytest.mark.long
-def test_patches_of_several_scales_or_on_each_other_are_arranged_anew(three_patches, tmp_path):
+def test_patches_with_different_scales_or_overlaps_are_arranged_again(three_patches, tmp_path):
     for change in (lambda uv, k: uv * (1 + k), lambda uv, k: uv - three_patches.uv[k].mean(axis=0)):
         back = read_map_obj(as_other_tool(three_patches, tmp_path / "map.obj", change=change), three_patches.skin)
         assert kinds(back) == ["scaled", "rearranged"]
@@ -184,12 +184,12 @@ def test_patches_of_several_scales_or_on_each_other_are_arranged_anew(three_patc
 
 
 @pytest.mark.long
-def test_scales_that_differ_are_enough(three_patches, tmp_path):
+def test_different_scales_alone_cause_rearrangement(three_patches, tmp_path):
     path = as_other_tool(three_patches, tmp_path / "map.obj", change=lambda uv, k: uv * (1 + 0.05 * k) + [5 * k, 0])
     assert kinds(read_map_obj(path, three_patches.skin)) == ["scaled", "rearranged"]
 
 
-def test_a_cross_counts_as_on_each_other(tmp_path):
+def test_crossing_patches_count_as_overlapping(tmp_path):
     strip = sheet(12, 2, width=0.3, height=0.03)
     map_ = build_map(skin_of(strip, strip, taxels=6))
 
@@ -201,7 +201,7 @@ def test_a_cross_counts_as_on_each_other(tmp_path):
     assert kinds(read_map_obj(crossed, map_.skin)) == ["scaled", "rearranged"]
 
 
-def test_a_patch_inside_another_counts_as_on_it(tmp_path):
+def test_patch_inside_another_counts_as_overlapping(tmp_path):
     ring = sheet(8, 8, width=0.4, height=0.4)
     coin = sheet(2, 2, width=0.05, height=0.05)
     map_ = build_map(skin_of(ring, coin, taxels=6))
@@ -217,7 +217,7 @@ def test_faces_without_names_are_assigned_in_order(three_patches, tmp_path):
     np.testing.assert_allclose(back.taxel_points, three_patches.taxel_points, atol=1e-5)
 
 
-def test_other_seams_are_found_in_the_file(one, tmp_path):
+def test_different_seams_are_read_from_the_file(one, tmp_path):
     """A tube unrolled by hand, cut along another line than ours."""
     surface = one.skin.patches[0].surface
     own = {tuple(sorted(seam)) for seam in one.charts[0].seams.tolist()}
@@ -260,7 +260,7 @@ def test_file_that_is_not_a_map_of_the_skin_is_rejected(one, tmp_path, options, 
         read_map_obj(path, one.skin)
 
 
-def test_a_closed_or_overlapping_unwrap_is_rejected(tmp_path):
+def test_closed_or_overlapping_unwrap_is_rejected(tmp_path):
     tube = frustum(along=3, around=8)
     skin = skin_of(tube, taxels=5)
     rings = tube.vertices[:, :2] * (1 + 3 * tube.vertices[:, 2:])  # a ring: flat, but not opened
@@ -279,7 +279,7 @@ def test_a_closed_or_overlapping_unwrap_is_rejected(tmp_path):
         read_map_obj(tmp_path / "map.obj", skin_of(strip, taxels=5))
 
 
-def test_another_skin_is_recognised_by_its_faces(one, tmp_path):
+def test_map_of_another_skin_is_recognised_by_its_faces(one, tmp_path):
     write_map_obj(one, tmp_path / "map.obj")
     with pytest.raises(MapError, match="does not have the skin's faces"):
         read_map_obj(tmp_path / "map.obj", skin_of(named("saddle"), named("sheet"), taxels=5))

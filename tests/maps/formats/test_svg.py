@@ -38,7 +38,7 @@ def test_everything_is_on_the_page_at_its_true_size(three_patches):
     assert len(three_patches.seams[0]) > 0
 
 
-def test_up_on_the_map_is_up_on_the_page_and_numbers_run_through(three_patches):
+def test_map_is_upright_on_the_page_and_taxels_are_numbered_consecutively(three_patches):
     root = ElementTree.fromstring(svg(three_patches))
     circles = {c.get("id"): (float(c.get("cx")), float(c.get("cy"))) for c in root.iter(f"{SVG}circle")}
     assert len(circles) == len(three_patches.skin)
@@ -54,7 +54,7 @@ def test_up_on_the_map_is_up_on_the_page_and_numbers_run_through(three_patches):
     assert not [text for text in bare.iter(f"{SVG}text") if text.get("class") == "number"]
 
 
-def test_names_of_any_kind_keep_the_file_sound(three_patches, tmp_path):
+def test_any_patch_name_gives_a_valid_file(three_patches, tmp_path):
     names = ['<b>&"quoted"', "control \x07\ud800", "ümläut 手"]
     patches = [replace(patch, name=name) for patch, name in zip(three_patches.skin.patches, names, strict=True)]
     write_svg(TactileMap(Skin(tuple(patches)), three_patches.charts, three_patches.layout), tmp_path / "map.svg")
@@ -65,7 +65,7 @@ def test_names_of_any_kind_keep_the_file_sound(three_patches, tmp_path):
     assert all(re.fullmatch(r"[A-Za-z][A-Za-z0-9-]*", name) for name in ids)
 
 
-def test_the_same_map_gives_the_same_bytes_and_a_missing_folder_is_named(three_patches, tmp_path):
+def test_same_map_gives_the_same_bytes_and_missing_folder_is_named(three_patches, tmp_path):
     assert svg(three_patches) == svg(three_patches)
     with pytest.raises(MapError, match="cannot be written"):
         write_svg(three_patches, tmp_path / "no" / "map.svg")

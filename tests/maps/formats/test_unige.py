@@ -34,7 +34,7 @@ def test_written_file_is_read_back(tube, tmp_path):
     np.testing.assert_array_equal(read_taxels(tmp_path / "skin.json").points, tube.taxel_points)
 
 
-def test_the_map_is_the_body_opened_along_the_seam(tube):
+def test_map_is_the_body_cut_along_the_seam(tube):
     file = unige_file_of(tube)
     body = file.taxels.faces
     flat = file.maps[0].faces
@@ -54,6 +54,6 @@ def test_no_face_is_stretched_across_a_seam():
     assert len(file.maps[0].faces) > 200
 
 
-def test_a_skin_on_several_links_is_rejected(three_patches, tmp_path):
+def test_unige_map_of_a_skin_on_several_links_is_rejected(three_patches, tmp_path):
     with pytest.raises(MapError, match=r"skin\.json.*one link.*link 0, link 1, link 2"):
         write_unige_map(three_patches, tmp_path / "skin.json")

@@ -62,12 +62,12 @@ def test_gaps_open_to_the_outside_are_not_bridged(shape, bridged):
     assert (sides.max(axis=1) > longest_side(points)).sum() == shape.bridging
 
 
-def test_the_limit_is_in_spacings():
+def test_side_limit_is_a_multiple_of_the_spacing():
     assert longest_side(3 * np.stack([np.arange(5.0), np.zeros(5)], axis=1)) == pytest.approx(3 * LONGEST_SIDE)
 
 
 @pytest.mark.parametrize("points", [np.eye(2), np.stack([np.arange(9.0), 2 * np.arange(9.0)], axis=1)])
-def test_a_line_has_no_inside(points):
+def test_collinear_points_are_rejected(points):
     with pytest.raises(MapError):
         characteristic_shape(points)
 
@@ -100,7 +100,7 @@ def _assert_valid(map_):
         assert map_.skin.position(at) == pytest.approx(map_.skin.position(map_.skin.taxel_point(taxel)), abs=1e-9)
 
 
-def test_a_perfect_map_is_the_sheet_again(skin, perfect):
+def test_perfect_learned_map_reproduces_the_sheet(skin, perfect):
     map_ = learned_tactile_map(skin, perfect)
     _assert_valid(map_)
     assert map_.charts[0].findings == ()
@@ -116,7 +116,7 @@ def test_a_perfect_map_is_the_sheet_again(skin, perfect):
     assert np.corrcoef(map_.taxel_points[:, 0], -y)[0, 1] > 0.999, "and not mirrored"
 
 
-def test_places_between_taxels_survive_the_round_trip(skin, perfect):
+def test_points_between_taxels_are_restored_in_a_round_trip(skin, perfect):
     map_ = learned_tactile_map(skin, perfect)
     generator = np.random.default_rng(14)
     inner = generator.uniform(map_.bounds[0], map_.bounds[1], size=(50, 2))
@@ -128,7 +128,7 @@ def test_places_between_taxels_survive_the_round_trip(skin, perfect):
         assert map_.skin.position(at)[2] == pytest.approx(0, abs=1e-12)
 
 
-def test_the_maps_skin_feels_what_the_skin_feels(skin, perfect):
+def test_skin_of_the_learned_map_has_the_same_readings(skin, perfect):
     load = sphere_load("link 0", np.array([0.05, 0.03, 0.0]), np.array([0.0, 0, 1]), 5.0, 0.02)
     felt = WaterFillModel(learned_tactile_map(skin, perfect).skin).pressures([load])
     assert felt.max() > 0
@@ -172,7 +172,7 @@ def test_unplaced_taxel_is_at_the_closest_point_on_the_body(skin, perfect):
     assert len(map_.charts[0].plane) == 59
 
 
-def test_coincident_taxels_are_moved_apart_and_reported(skin, perfect):
+def test_coincident_taxels_are_separated_and_reported(skin, perfect):
     points = perfect.points.copy()
     points[[4, 5, 6]] = points[3]
     map_ = learned_tactile_map(skin, _by_hand(points))
@@ -183,7 +183,7 @@ def test_coincident_taxels_are_moved_apart_and_reported(skin, perfect):
     assert apart.max() < 1e-4
 
 
-def test_triangles_between_links_are_left_out_and_reported():
+def test_triangles_between_links_are_omitted_and_reported():
     skin = skin_of(sheet(), sheet(), taxels=20)
     places = skin.patches[0].taxels.positions[:, :2]
     nearby = _by_hand(np.concatenate([places, places + [0.13, 0]]))

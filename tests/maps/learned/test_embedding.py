@@ -38,7 +38,7 @@ def test_axes_are_principal_and_in_order():
     assert np.allclose(mirrored, points)
 
 
-def test_numbering_does_not_matter():
+def test_embedding_does_not_depend_on_numbering():
     distances = cdist(*2 * [_drawn()])
     order = np.random.default_rng(5).permutation(30)
     assert np.allclose(classical_mds(distances[np.ix_(order, order)]), classical_mds(distances)[order])
@@ -56,7 +56,7 @@ def drawn():
     return generator.normal(size=(25, 3)), generator.normal(size=(25, 2))
 
 
-def test_the_loss_never_rises(drawn):
+def test_loss_never_increases(drawn):
     ball, start = drawn
     distances = pdist(ball)
     fits = [smacof(squareform(distances), start, rounds=rounds) for rounds in range(12)]
@@ -65,7 +65,7 @@ def test_the_loss_never_rises(drawn):
     assert losses[-1] < 0.5 * losses[0]
 
 
-def test_points_of_the_plane_are_found_again(drawn):
+def test_points_of_the_plane_are_recovered(drawn):
     _, plane = drawn
     distances = squareform(pdist(plane))
     near = plane + 0.1 * np.random.default_rng(7).normal(size=plane.shape)
@@ -74,7 +74,7 @@ def test_points_of_the_plane_are_found_again(drawn):
     assert kruskal_stress(fitted, distances) < 1e-5
 
 
-def test_a_general_optimiser_finds_nothing_better(drawn):
+def test_general_optimiser_finds_no_better_embedding(drawn):
     ball, start = drawn
     distances = pdist(ball)
 
@@ -86,13 +86,13 @@ def test_a_general_optimiser_finds_nothing_better(drawn):
     assert loss(ours.ravel()) <= better.fun * (1 + 1e-5)
 
 
-def test_points_on_one_place_part(drawn):
+def test_coincident_start_points_give_finite_results(drawn):
     start = drawn[1].copy()
     start[1] = start[0]
     assert np.isfinite(smacof(squareform(pdist(drawn[0])), start)).all()
 
 
-def test_stress_knows_no_scale(drawn):
+def test_stress_does_not_depend_on_scale(drawn):
     ball, plane = drawn
     distances = squareform(pdist(ball))
     stress = kruskal_stress(plane, distances)
@@ -112,23 +112,23 @@ def test_progress_may_cancel(drawn):
         smacof(squareform(pdist(drawn[0])), drawn[1], progress=cancel)
 
 
-def test_each_has_its_nearest_and_those_that_chose_it():
+def test_neighbour_graph_contains_nearest_neighbours_in_both_directions():
     apart = cdist(*2 * [np.array([[0.0], [1], [2.1], [5]])])
     joined = knn_graph(apart, neighbours=1).toarray() > 0
     assert joined.tolist() == [[0, 1, 0, 0], [1, 0, 1, 0], [0, 1, 0, 1], [0, 0, 1, 0]]
 
 
-def test_ties_are_all_taken_whatever_the_numbering():
+def test_all_tied_neighbours_are_included():
     square = np.array([[0.0, 0], [1, 0], [1, 1], [0, 1]])
     assert knn_graph(cdist(square, square), neighbours=1).nnz == 8
 
 
-def test_paths_are_sums_of_sides():
+def test_path_lengths_are_sums_of_edge_lengths():
     line = np.arange(6.0)[:, None]
     assert np.allclose(all_path_lengths(knn_graph(cdist(line, line), neighbours=2)), cdist(line, line))
 
 
-def test_unknown_pairs_are_never_joined():
+def test_unknown_pairs_are_not_connected():
     apart = cdist(*2 * [np.arange(6.0)[:, None]])
     apart[:2, 2:] = apart[2:, :2] = np.inf
     graph = knn_graph(apart, neighbours=5)
@@ -136,13 +136,13 @@ def test_unknown_pairs_are_never_joined():
     assert np.isinf(all_path_lengths(graph)[0, 5])
 
 
-def test_no_way_is_free():
+def test_edges_between_coincident_points_have_positive_length():
     same = knn_graph(np.zeros((3, 3)), neighbours=2)
     assert same.nnz == 6
     assert (same.data > 0).all()
 
 
-def test_a_single_node_is_an_island():
+def test_single_node_is_a_component():
     graph = knn_graph(np.zeros((1, 1)))
     assert [part.tolist() for part in connected_islands(graph)] == [[0]]
 
@@ -152,7 +152,7 @@ def _lattice(columns=9, rows=7):
     return np.stack([i + 0.5 * (j % 2), np.sqrt(0.75) * j], axis=-1).reshape(-1, 2)
 
 
-def test_near_distances_alone_give_the_whole():
+def test_short_distances_alone_determine_the_embedding():
     lattice = _lattice()
     unlike = cdist(lattice, lattice)
     unlike[unlike > 2.5] = np.inf
@@ -163,7 +163,7 @@ def test_near_distances_alone_give_the_whole():
     assert np.corrcoef(pdist(placed.points), pdist(lattice))[0, 1] > 0.995
 
 
-def test_islands_are_placed_side_by_side_and_reported():
+def test_separate_components_are_placed_side_by_side_and_reported():
     lattice = _lattice()
     both = np.concatenate([lattice, lattice[:20]])
     unlike = np.full((len(both),) * 2, np.inf)
@@ -176,7 +176,7 @@ def test_islands_are_placed_side_by_side_and_reported():
     assert 1 < gap < 10, "side by side, with a gap of more than a spacing"
 
 
-def test_few_taxels_and_lone_ones_have_places_too():
+def test_few_and_isolated_taxels_get_positions():
     unlike = np.full((4, 4), np.inf)
     unlike[:2, :2] = 1 - np.eye(2)
     placed = embed(unlike)

@@ -28,7 +28,7 @@ def _near_stretch(cloud, points):
     return np.linalg.norm(points[i] - points[j], axis=1) / near[i, j]
 
 
-def test_bent_sheet_is_unrolled_without_distortion():
+def test_curved_sheet_is_unrolled_without_distortion():
     bent = sheet(40, 30, shape=lambda x, y: 0.02 * np.cos(x / 0.03))
     cloud = taxels_on(bent, 120).positions
     opened = flatten_point_cloud(cloud)
@@ -36,7 +36,7 @@ def test_bent_sheet_is_unrolled_without_distortion():
     assert np.ptp(_near_stretch(cloud, opened.points)) < 0.1
 
 
-def test_a_tube_is_cut_and_unrolled():
+def test_tube_is_cut_and_unrolled():
     cloud = taxels_on(frustum(), 200).positions
     opened = flatten_point_cloud(cloud)
     assert [finding.kind for finding in opened.findings] == ["opened"]
@@ -66,7 +66,7 @@ def test_missing_surface_has_a_finding(cloud):
         flatten_point_cloud(cloud)
 
 
-def test_small_holes_are_closed_and_large_ones_are_ends():
+def test_small_holes_are_closed_and_large_ones_stay_open():
     surface = sheet(12, 12, width=0.12, height=0.12)
     middle = surface.vertices[surface.faces].mean(axis=1)[:, :2]
     small = np.abs(middle - [0.025, 0.025]).max(axis=1) < 0.005
@@ -83,7 +83,7 @@ def test_small_holes_are_closed_and_large_ones_are_ends():
 
 
 @pytest.mark.parametrize("turn", range(10))
-def test_a_hole_is_not_closed_over_a_side_that_exists(turn):
+def test_hole_is_not_closed_across_an_existing_edge(turn):
     """Corners 0 and 2 of the hole 0-3-2-1 are joined already, whichever of its corners the fan would start from."""
     inner = [(0, 1, 2), (0, 2, 4), (2, 5, 4), (2, 3, 5), (3, 6, 5), (3, 0, 6), (0, 4, 6)]
     faces = np.array([*inner, (4, 5, 7), (5, 6, 8), (6, 4, 9)])
@@ -112,25 +112,25 @@ def test_taxels_of_a_sheet_are_learned_at_their_positions(touched_sheet, misfit)
     assert misfit(learned.points) < 0.5
 
 
-def test_the_unit_is_what_is_near_for_both_ends():
+def test_distances_are_scaled_by_the_neighbourhoods_of_both_ends():
     unlike = np.array([[0.0, 2, 4], [2, 0, np.inf], [4, np.inf, 0]])
     scaled = locally_scaled(unlike, neighbours=2)
     # Near is 4 for the first and third, and for the second, which knows one neighbour only, 2.
     assert np.allclose(scaled, [[0, 2 / np.sqrt(8), 1], [2 / np.sqrt(8), 0, np.inf], [1, np.inf, 0]])
 
 
-def test_a_coarse_part_is_not_pushed_away():
+def test_local_scaling_does_not_depend_on_density():
     unlike = np.array([[0.0, 1, 2], [1, 0, 2], [2, 2, 0]])
     assert np.allclose(locally_scaled(unlike), locally_scaled(5 * unlike))
 
 
-def test_points_of_space_are_found_again():
+def test_points_in_space_are_recovered():
     truth = np.random.default_rng(12).normal(size=(30, 3))
     assert np.allclose(pdist(embed_in_space(squareform(pdist(truth)))), pdist(truth), atol=1e-6)
 
 
 @pytest.mark.long
-def test_a_tube_is_opened(tube):
+def test_tube_is_opened_along_a_cut(tube):
     learned = build(babble(tube, BabbleSpec(touches=2000)))
     assert "opened" in [finding.kind for finding in learned.findings]
     near = squareform(pdist(learned.points)) + np.diag(np.full(160, np.inf))
@@ -139,7 +139,7 @@ def test_a_tube_is_opened(tube):
     assert np.mean(kept) > 0.75 * 6, "crushed into the plane it keeps half"
 
 
-def test_without_a_surface_it_goes_straight_to_the_plane():
+def test_taxels_without_a_surface_are_embedded_directly_in_the_plane():
     line = squareform(pdist(np.arange(12.0)[:, None]))
     points, (note,) = embed_through_space(line, no_progress)
     assert note.kind == "no-learned-surface"

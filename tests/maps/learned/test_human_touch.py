@@ -17,12 +17,12 @@ def signals():
     return generator.exponential(size=(400, 5)) * (generator.random((400, 5)) < 0.3)
 
 
-def test_similarity_without_lag_is_pearsons_correlation(signals):
+def test_similarity_without_lag_is_the_pearson_correlation(signals):
     sparse = csr_matrix(signals)
     assert np.allclose(cross_correlation(sparse, sparse), np.corrcoef(signals.T))
 
 
-def test_a_delayed_copy_correlates_at_its_lag_and_in_its_direction(signals):
+def test_delayed_copy_correlates_at_its_lag_and_in_its_direction(signals):
     delayed = np.roll(signals[:, :1], 3, axis=0)
     first = csr_matrix(signals[:, :1])
     second = csr_matrix(delayed)
@@ -37,14 +37,14 @@ def test_constant_signal_correlates_with_nothing(signals):
 
 
 @pytest.mark.long
-def test_strokes_over_a_sheet_place_its_taxels(touched_sheet, misfit):
+def test_strokes_over_a_sheet_determine_its_taxel_positions(touched_sheet, misfit):
     strokes = babble(touched_sheet[0], BabbleSpec(touches=150, samples=10, rest=4))
     learned = build(strokes)
     assert learned.method == "human-touch"
     assert misfit(learned.points) < 0.5
 
 
-def test_a_neighbour_reached_later_is_as_near_as_one_at_once():
+def test_neighbour_touched_later_is_as_near_as_one_touched_simultaneously():
     generator = np.random.default_rng(10)
     strokes = np.repeat(generator.random(200) < 0.3, 3)
     source = generator.random(600) * strokes

@@ -46,7 +46,7 @@ def test_distance_is_a_metric_from_0_to_1(levels):
     assert found[4, 0] == pytest.approx(1, abs=1e-12), "a silent signal carries no information"
 
 
-def test_levels_of_touch_are_equally_frequent_and_rest_is_apart():
+def test_touch_levels_are_equally_frequent_and_rest_is_a_separate_level():
     pressures = np.random.default_rng(2).exponential(size=(3000, 3)) * (
         np.random.default_rng(3).random((3000, 3)) < 0.2
     )
@@ -73,7 +73,7 @@ def test_taxels_of_a_sheet_are_learned_at_their_positions(touched_sheet, misfit)
     assert learned.stress < 0.1
 
 
-def test_force_of_touches_does_not_matter(touched_sheet):
+def test_distance_does_not_depend_on_touch_force(touched_sheet):
     """Any growing function of the pressure has the same levels."""
     touch = detect_touch(np.where(touched_sheet[1] > 5e4, touched_sheet[1], 0.0))
     assert np.allclose(dissimilarity(touch), dissimilarity(detect_touch(touch.pressures.toarray() ** 3)))

@@ -9,7 +9,7 @@ from tactile_maps.core.errors import MapError
 from tactile_maps.maps.learned.learned_map import LearnedMap
 
 
-def test_it_keeps_its_own_arrays():
+def test_learned_map_copies_its_arrays():
     points = np.zeros((3, 2))
     learned = LearnedMap(points, np.ones(3, dtype=bool), "by hand", 0.0, 0.0)
     points[0] = 5
@@ -18,6 +18,6 @@ def test_it_keeps_its_own_arrays():
 
 
 @pytest.mark.parametrize(("points", "placed"), [(np.full((3, 2), np.nan), 3), (np.zeros((3, 2)), 4)])
-def test_no_place_is_missing(points, placed):
+def test_missing_or_infinite_positions_are_rejected(points, placed):
     with pytest.raises(MapError, match="finite position"):
         LearnedMap(points, np.ones(placed, dtype=bool), "by hand", 0.0, 0.0)

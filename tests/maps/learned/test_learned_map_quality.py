@@ -90,7 +90,7 @@ def trustworthiness(points, truth):
     return 1 - 2 * cost / (count * NEAR * (2 * count - 3 * NEAR - 1))
 
 
-def test_geometry_is_the_measure():
+def test_geometric_map_reaches_the_reference_quality():
     points = build_map(dome()).taxel_points
     assert kept(points, on_dome()) > 0.93
     assert trustworthiness(points, on_dome()) > 0.999
@@ -109,7 +109,7 @@ def test_geometry_is_the_measure():
         ("self-organising", 0.82, 0.12),
     ],
 )
-def test_three_thousand_touches_come_close_to_geometry(method, share, stress):
+def test_maps_from_3000_touches_are_close_to_the_geometric_map(method, share, stress):
     points = learned(method, MANY).points
     assert kept(points, on_dome()) > share
     assert trustworthiness(points, on_dome()) > 0.995
@@ -119,7 +119,7 @@ def test_three_thousand_touches_come_close_to_geometry(method, share, stress):
 @pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("method", LEARNING_METHODS)
-def test_more_touches_make_no_map_worse(method):
+def test_more_touches_do_not_reduce_quality(method):
     few = learned(method, FEW).points
     many = learned(method, MANY).points
     assert kept(few, on_dome()) > 0.65, "already a map"
@@ -130,7 +130,7 @@ def test_more_touches_make_no_map_worse(method):
 @pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("method", LEARNING_METHODS)
-def test_places_always_pressed_together_come_together_on_every_learned_map(method):
+def test_places_always_pressed_together_are_close_on_every_learned_map(method):
     """The paper's own objection to maps from co-activation; a geometric map is made without touch."""
     plain = learned(method, MANY).points
     biased = learned(method, BIASED).points
@@ -154,7 +154,7 @@ def _far(points, a, b):
 
 @pytest.mark.long
 @pytest.mark.parametrize("method", LEARNING_METHODS)
-def test_three_touches_at_a_time_harm_only_the_sheet_of_units(method):
+def test_simultaneous_touches_degrade_only_the_self_organising_map(method):
     """Random pairs are outweighed by true pairs in a comparison of pairs; a single unit must cover all three places."""
     points = learned(method, SEVERAL).points
     harm = kept(learned(method, MANY).points, on_dome()) - kept(points, on_dome())
@@ -165,7 +165,7 @@ def test_three_touches_at_a_time_harm_only_the_sheet_of_units(method):
 @pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("method", LEARNING_METHODS)
-def test_numbering_the_taxels_differently_numbers_the_map_differently(method):
+def test_renumbering_taxels_only_renumbers_the_map(method):
     order = np.random.default_rng(15).permutation(250)
     again = LEARNING_METHODS[method](readings(MANY)[:, order]).points
     points = learned(method, MANY).points[order]
@@ -174,7 +174,7 @@ def test_numbering_the_taxels_differently_numbers_the_map_differently(method):
 
 @pytest.mark.long
 @pytest.mark.parametrize("method", LEARNING_METHODS)
-def test_the_same_seed_gives_the_same_map_bit_for_bit(method):
+def test_same_seed_gives_the_same_map_bit_for_bit(method):
     again = LEARNING_METHODS[method](readings(FEW).copy(), seed=0)
     assert again.points.tobytes() == learned(method, FEW).points.tobytes()
 
@@ -182,7 +182,7 @@ def test_the_same_seed_gives_the_same_map_bit_for_bit(method):
 @pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("method", LEARNING_METHODS)
-def test_a_fifth_of_the_taxels_may_fail(method):
+def test_quality_is_kept_with_a_fifth_of_the_taxels_dead(method):
     failed = np.random.default_rng(16).choice(250, 50, replace=False)
     spoiled = readings(MANY).copy()
     spoiled[:, failed] = 0
@@ -193,7 +193,7 @@ def test_a_fifth_of_the_taxels_may_fail(method):
 
 
 @pytest.mark.long
-def test_more_noise_than_touch_is_not_mistaken_for_touch():
+def test_strong_noise_is_not_treated_as_touch():
     noise = np.random.default_rng(17).normal(scale=2e4, size=(3000, 250))
     touch = detect_touch(noise + np.where(readings(MANY) > 3e5, 2e5, 0))
     wrong = (touch.pressures.toarray() > 0) & ~(readings(MANY)[:, touch.taxels] > 3e5)
@@ -201,7 +201,7 @@ def test_more_noise_than_touch_is_not_mistaken_for_touch():
 
 
 @pytest.mark.long
-def test_only_the_way_through_space_opens_a_tube():
+def test_only_the_embedding_through_space_unrolls_a_tube():
     some = BabbleSpec(touches=1500)
     shares = {method: kept(learned(method, some, tube).points, on_tube()) for method in LEARNING_METHODS}
     assert shares.pop("geodesic-information") > 0.75

@@ -9,7 +9,7 @@ from tactile_maps.core.errors import MapError
 from tactile_maps.maps.learned.methods import LEARNING_METHODS
 
 
-def test_the_names_are_the_methods(touched_sheet):
+def test_method_names_match_the_methods(touched_sheet):
     assert len(LEARNING_METHODS) == 5
     assert [build(touched_sheet[1][:400]).method for build in LEARNING_METHODS.values()] == list(LEARNING_METHODS)
 
@@ -17,7 +17,7 @@ def test_the_names_are_the_methods(touched_sheet):
 @pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("method", LEARNING_METHODS)
-def test_a_dead_taxel_is_named_and_spoils_nothing(method, touched_sheet, misfit, true_places):
+def test_dead_taxel_is_named_and_does_not_affect_others(method, touched_sheet, misfit, true_places):
     readings = touched_sheet[1].copy()
     readings[:, [7, 40]] = 0.0
     learned = LEARNING_METHODS[method](readings)
@@ -31,7 +31,7 @@ def test_a_dead_taxel_is_named_and_spoils_nothing(method, touched_sheet, misfit,
 
 
 @pytest.mark.parametrize("method", LEARNING_METHODS)
-def test_a_skin_that_was_never_touched_is_rejected(method):
+def test_untouched_skin_is_rejected(method):
     with pytest.raises(MapError, match="too few taxels"):
         LEARNING_METHODS[method](np.zeros((50, 9)))
 

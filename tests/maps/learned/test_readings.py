@@ -14,7 +14,7 @@ def _noisy(touches):
     return noise + touches
 
 
-def test_exact_readings_are_kept_as_they_are():
+def test_exact_readings_are_unchanged():
     readings = np.array([[0.0, 3, 0, 1], [2, 0, 5, 0], [0, 1e-9, 0, 7]])
     touch = detect_touch(readings)
     assert np.array_equal(touch.pressures.toarray(), readings)
@@ -31,7 +31,7 @@ def test_noise_is_not_a_touch_for_any_rate_of_touches():
     assert np.array_equal(touch.pressures.toarray() > 0, touches[:, :3] > 0)
 
 
-def test_silent_taxels_are_named_and_put_in_the_middle_of_the_others():
+def test_silent_taxels_are_named_and_placed_at_the_centre_of_the_others():
     touches = np.zeros((2000, 6))
     touches[3:9, [0, 2, 3, 5]] = 1000.0
     touch = detect_touch(_noisy(touches))
@@ -43,7 +43,7 @@ def test_silent_taxels_are_named_and_put_in_the_middle_of_the_others():
     assert points[3].tolist() == [0, 4]
 
 
-def test_together_is_at_the_same_moment():
+def test_taxels_count_as_touched_together_only_at_the_same_time():
     touch = detect_touch(np.array([[1.0, 2, 0, 0], [0, 0, 3, 0], [0, 0, 0, 1]]))
     assert touch.together.tolist() == [[1, 1, 0, 0], [1, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
 

@@ -10,7 +10,7 @@ from tactile_maps.maps.learned.readings import detect_touch
 from tactile_maps.maps.learned.temporal_correlation import build, dissimilarity, traces
 
 
-def test_a_trace_fades_by_e_in_its_time():
+def test_trace_decays_by_e_within_its_time_constant():
     pulse = np.zeros((40, 1))
     pulse[2] = 5.0
     trace = traces(csr_matrix(pulse), fading=4.0).toarray().ravel()

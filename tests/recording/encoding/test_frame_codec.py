@@ -94,7 +94,7 @@ def touched(prepared):
     return session.frame
 
 
-def test_a_frame_reads_back_equal_to_the_last_bit(touched, prepared):
+def test_frame_reads_back_equal_to_the_last_bit(touched, prepared):
     again = decode_frame(encode_frame(touched), prepared)
     assert (again.tick, again.time, again.why_limited) == (touched.tick, touched.time, touched.why_limited)
     assert again.timings == touched.timings
@@ -118,7 +118,7 @@ def test_a_frame_reads_back_equal_to_the_last_bit(touched, prepared):
         assert (one.id, one.at, one.force, one.radius) == (other.id, other.at, other.force, other.radius)
 
 
-def test_a_frame_of_the_wrong_length_is_refused(touched, prepared):
+def test_frame_of_wrong_length_is_rejected(touched, prepared):
     whole = encode_frame(touched)
     joints = PREFIX_BYTES + 16
     raw = PREFIX_BYTES + 28
@@ -130,7 +130,7 @@ def test_a_frame_of_the_wrong_length_is_refused(touched, prepared):
             decode_frame(data, prepared)
 
 
-def test_a_frame_of_another_robot_skin_or_scene_is_refused(touched, prepared):
+def test_frame_of_another_robot_skin_or_scene_is_rejected(touched, prepared):
     ball = SceneObject(BALL, primitive_mesh(BALL))
     fewer = replace(prepared.robot, joints=prepared.robot.joints[1:], home=prepared.robot.home[1:])
     for other in (
@@ -195,7 +195,7 @@ def test_invalid_content_is_rejected_with_its_place(place, change, touched, prep
 
 
 @pytest.mark.parametrize("count", [-1, 3, 2**31 - 1])
-def test_numbers_of_taxels_that_do_not_add_up_are_refused(count, touched, prepared):
+def test_inconsistent_numbers_of_taxels_are_rejected(count, touched, prepared):
     whole = bytearray(encode_frame(replace(touched, regions=touched.regions[:1])))
     known = len(touched.regions[0].taxels)
     assert count != known
@@ -208,7 +208,7 @@ def test_numbers_of_taxels_that_do_not_add_up_are_refused(count, touched, prepar
         decode_frame(bytes(whole), prepared)
 
 
-def test_readings_and_commands_may_be_no_numbers(touched, prepared):
+def test_readings_and_commands_may_be_nan(touched, prepared):
     """The last frame before a session stops may hold what stopped it."""
     command = replace(touched.command, torque=touched.command.torque * np.nan)
     frame = replace(touched, pressures=touched.pressures * np.nan, command=command)
@@ -217,7 +217,7 @@ def test_readings_and_commands_may_be_no_numbers(touched, prepared):
     assert np.isnan(again.command.torque).all()
 
 
-def test_all_of_a_region_and_a_finger_is_in_the_bytes():
+def test_all_fields_of_regions_and_fingers_are_encoded():
     elsewhere = {
         ContactRegion: {"taxels", "link", "merged", "touched", "force_parts", "force_limits", "shear"},
         PokeState: set(),
@@ -240,12 +240,12 @@ def test_shear_of_the_skin_and_of_contacts_is_kept_bit_for_bit(touched, prepared
         decode_frame(encode_frame(replace(frame, shear=frame.shear[1:])), prepared)
 
 
-def test_a_torn_region_stays_torn(touched, prepared):
+def test_torn_region_is_restored_as_torn(touched, prepared):
     torn = replace(touched, regions=tuple(replace(region, torn=True) for region in touched.regions))
     assert all(region.torn for region in decode_frame(encode_frame(torn), prepared).regions)
 
 
-def test_all_that_is_known_of_a_region_reads_back(touched, prepared):
+def test_all_fields_of_a_region_are_restored(touched, prepared):
     region = replace(
         touched.regions[0],
         partner=7,
@@ -298,7 +298,7 @@ def test_estimates_read_back(estimator, prepared):
             assert np.array_equal(getattr(again.estimates[number], field.name), getattr(one, field.name)), field.name
 
 
-def test_the_schema_describes_the_bytes():
+def test_schema_matches_the_encoded_bytes():
     schema = json.loads(FRAME_LAYOUT)
     assert FRAME_LAYOUT.encode() in FRAME_SCHEMA, "it is in the file"
     assert set(schema["arrays"]) >= {"posture", "pressures", "command.torque", "objects"}

@@ -8,7 +8,7 @@ from tactile_maps.recording.encoding.frame_schema import PREFIX_BYTES, descripto
 
 
 @pytest.mark.parametrize("length", [0, 1, 127, 128, 16_383, 300_000, 2**31 - 1])
-def test_the_prefix_is_the_fields_tag_and_length_in_as_many_bytes_each_time(length):
+def test_prefix_is_tag_and_length_with_constant_size(length):
     head = prefix(length)
     assert len(head) == PREFIX_BYTES
     assert head[0] == 0x0A, "field 1, bytes that follow"
@@ -16,7 +16,7 @@ def test_the_prefix_is_the_fields_tag_and_length_in_as_many_bytes_each_time(leng
     assert [bool(byte & 0x80) for byte in head[1:]] == [True, True, True, True, False]
 
 
-def test_only_a_whole_field_is_one():
+def test_prefix_is_recognized_only_for_a_complete_field():
     message = prefix(3) + b"abc"
     assert has_prefix(message)
     assert not any(has_prefix(other) for other in (b"", message[:-1], message + b"x", b"abc", message[1:]))

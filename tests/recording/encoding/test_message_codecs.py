@@ -72,7 +72,7 @@ def test_effects_read_back_equal(effects, prepared):
         ({"noise": {"sd": -1.0}}, "sensor.noise"),
     ],
 )
-def test_damaged_effects_are_refused_with_their_place(changes, place, prepared):
+def test_damaged_effects_are_rejected_with_their_place(changes, place, prepared):
     raw = json.loads(encode_input(1, EffectsChanged(FULL), prepared.map))
     effects = raw["input"]["effects"]
     (effects["sensor"] if "noise" in changes else effects).update(changes)
@@ -100,11 +100,11 @@ AT = SurfacePoint(1, 7, (0.1, 0.2, 0.7))
         RestChanged((0.1, -1 / 3, 0.0)),
     ],
 )
-def test_an_input_reads_back_equal(act, prepared):
+def test_input_reads_back_equal(act, prepared):
     assert decode_input(encode_input(12, act, prepared.map), prepared.map) == (12, act)
 
 
-def test_an_edit_of_the_map_reads_back_bit_for_bit(prepared):
+def test_edit_of_the_map_reads_back_bit_for_bit(prepared):
     moved = rotate(move(MapDocument.of(prepared.map), [0], (0.1, 1 / 3)), [1], 0.3).map
     bent = replace(moved, charts=(moved.charts[0], replace(moved.charts[1], plane=1.01 * moved.charts[1].plane)))
     for edited, most in ((moved, 4_000), (bent, 2_000_000)):
@@ -116,7 +116,7 @@ def test_an_edit_of_the_map_reads_back_bit_for_bit(prepared):
             assert (got.plane == chart.plane).all()
 
 
-def test_an_edit_of_another_skins_map_is_refused(prepared):
+def test_edit_of_the_map_of_another_skin_is_rejected(prepared):
     other = flat_map(30)
     assert len(other.charts) < len(prepared.map.charts)
     changed = replace(prepared.map, charts=tuple(map(replace, prepared.map.charts)))
@@ -127,7 +127,7 @@ def test_an_edit_of_another_skins_map_is_refused(prepared):
 
 
 @pytest.mark.long
-def test_map_of_a_displaced_skin_is_stored_and_map_of_another_skin_is_not(prepared):
+def test_map_of_a_displaced_skin_is_stored_and_that_of_another_skin_rejected(prepared):
     believed = build_map(with_calibration_error(prepared.skin, 0.002, seed=1))
     data = encode_input(3, MapEdited("Believed", believed), prepared.map)
     _, act = decode_input(data, prepared.map)
@@ -157,7 +157,7 @@ FINGER = {"stiffness": 1e3, "radius": 0.008, "max_force": 20.0, "speed": 0.012}
 READING = {"kind": "ReadingChanged", "settings": {"estimator": "tikhonov", "threshold": None, "wrench_noise": 0.0}}
 
 
-def test_the_examples_are_sound_before_they_are_damaged(prepared):
+def test_examples_are_valid_before_damage(prepared):
     pressed = decode_input(message(kind="PokePressed", id=1, at=PLACE, finger=FINGER), prepared.map)[1]
     assert pressed == PokePressed(1, SurfacePoint(0, 0, (1.0, 0.0, 0.0)), Finger())
     assert decode_input(message(**READING), prepared.map)[1] == ReadingChanged(ReadingSettings("tikhonov"))
@@ -202,7 +202,7 @@ def test_the_examples_are_sound_before_they_are_damaged(prepared):
         ),
     ],
 )
-def test_a_damaged_input_is_refused_with_its_place(data, place, prepared):
+def test_damaged_input_is_rejected_with_its_place(data, place, prepared):
     with pytest.raises(RecordingError) as refused:
         decode_input(data, prepared.map, file="x.mcap")
     assert place in refused.value.place
@@ -215,7 +215,7 @@ EVENT = ContactEvent(12, 0.1 + 0.2, "stroke", "ended", (3, 4), ("forearm", "hand
 
 @pytest.mark.parametrize("kind", EVENT_KINDS)
 @pytest.mark.parametrize("to", [None, AT])
-def test_an_event_reads_back_equal(kind, to, prepared):
+def test_event_reads_back_equal(kind, to, prepared):
     event = replace(EVENT, kind=kind, to=to)
     assert decode_event(encode_event(event), prepared.skin) == event
 
@@ -224,7 +224,7 @@ JSON_TOPICS = [topic for topic, said in TOPICS.items() if said.encoding == "json
 
 
 @pytest.mark.parametrize("topic", JSON_TOPICS)
-def test_every_schema_is_valid_and_plain_at_its_top(topic):
+def test_every_schema_is_valid_with_plain_top_level_properties(topic):
     """Foxglove and Lichtblick refuse a topic whose schema has choices or tuples among its own properties."""
     schema = json.loads(TOPICS[topic].schema)
     Draft202012Validator.check_schema(schema)
@@ -232,14 +232,14 @@ def test_every_schema_is_valid_and_plain_at_its_top(topic):
     assert {part.get("type") for part in schema.get("properties", {}).values()} <= {"integer", "number", "string"}
 
 
-def test_a_message_fits_its_schema_and_another_does_not():
+def test_schema_accepts_its_message_and_rejects_another():
     check = Draft202012Validator(json.loads(TOPICS["/event"].schema))
     said = json.loads(encode_event(EVENT))
     assert check.is_valid(said)
     assert not check.is_valid(said | {"event": said["event"] | {"kind": "kick"}})
 
 
-def test_a_message_has_all_that_the_schema_promises():
+def test_message_contains_all_fields_of_its_schema():
     said = json.loads(encode_event(EVENT))
     schema = json.loads(TOPICS["/event"].schema)["allOf"][0]
     assert set(said) == set(schema["required"]) == set(schema["properties"])
@@ -258,7 +258,7 @@ def test_a_message_has_all_that_the_schema_promises():
     + [encode_event(EVENT).replace(b'"patch":1', patch) for patch in (b'"patch":-1', b'"patch":99')]
     + [encode_event(EVENT).replace(b"[3,4]", b"[" * 200_000 + b"]" * 200_000)],
 )
-def test_a_damaged_event_is_refused_with_its_place(data, prepared):
+def test_damaged_event_is_rejected_with_its_place(data, prepared):
     assert data != encode_event(EVENT)
     with pytest.raises(RecordingError, match="/event"):
         decode_event(data, prepared.skin)
@@ -282,7 +282,7 @@ def frames(prepared, tmp_path):
     return seen
 
 
-def test_a_replayed_frame_knows_its_events(frames, tmp_path):
+def test_replayed_frame_contains_its_events(frames, tmp_path):
     player = RecordingPlayer(tmp_path / "events.mcap")
     assert player.events == list(frames[-1].recent[::-1]), "those before the recording began as well"
     for number in (0, 50, 150, len(player) - 1):
@@ -290,7 +290,7 @@ def test_a_replayed_frame_knows_its_events(frames, tmp_path):
         assert player.frame(number).events == frames[number].events
 
 
-def test_other_programs_read_the_channel(frames, tmp_path):
+def test_other_programs_can_read_the_channel(frames, tmp_path):
     with (tmp_path / "events.mcap").open("rb") as stream:
         found = [
             (schema.name, channel.message_encoding, json.loads(message.data)["words"])
@@ -307,18 +307,18 @@ def test_other_programs_read_the_channel(frames, tmp_path):
         SimulationError("the simulation diverged"),
     ],
 )
-def test_a_failure_reads_as_it_did(error):
+def test_failure_is_restored(error):
     tick, again = decode_failure(encode_failure(12, error))
     assert (tick, str(again)) == (12, str(error))
 
 
 @pytest.mark.parametrize("data", [b"", b"{}", b"[]", b'{"tick": 1, "problem": "x"}', b'{"tick": "soon"}'])
-def test_a_damaged_failure_is_refused_by_name(data):
+def test_damaged_failure_is_rejected_by_name(data):
     with pytest.raises(RecordingError, match="/failure"):
         decode_failure(data)
 
 
-def test_every_schema_is_json_and_named_as_its_topic_says():
+def test_every_schema_is_json_with_the_name_stated_by_its_topic():
     assert set(TOPICS) == {"/frame", "/input", "/failure", "/event", "/mark"}
     assert {topic for topic in TOPICS if topic not in JSON_TOPICS} == {"/frame"}, "a field of bytes in Protobuf"
     for topic in JSON_TOPICS:

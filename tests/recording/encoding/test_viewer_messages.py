@@ -79,7 +79,7 @@ def test_times_are_wall_clock_times(by_topic, player, recording):
     assert stamp.seconds * 10**9 + stamp.nanos == by_topic["/tactile_image"][3][0]
 
 
-def test_clouds_hold_every_taxel_with_its_pressure_in_its_links_frame(by_topic, player):
+def test_clouds_contain_every_taxel_with_its_pressure_in_link_coordinates(by_topic, player):
     skin = player.prepared.skin
     seen = []
     for topic, messages in by_topic.items():
@@ -135,7 +135,7 @@ def test_contacts_point_into_the_skin_and_disappear_when_lost(by_topic, player):
     assert touched
 
 
-def test_images_events_joints_and_surfaces(by_topic, player):
+def test_images_events_joints_and_surfaces_are_written(by_topic, player):
     image = by_topic["/tactile_image"][-1][1]
     assert (image.encoding, image.step, len(image.data)) == ("rgb8", 3 * image.width, image.step * image.height)
     texts = [message.message for _, message in by_topic["/events"]]
@@ -150,7 +150,7 @@ def test_images_events_joints_and_surfaces(by_topic, player):
 
 
 @pytest.mark.long
-def test_without_them_a_recording_replays_the_same(prepared, tmp_path):
+def test_recording_without_viewer_messages_replays_identically(prepared, tmp_path):
     def record(path, **more):
         session = Session(prepared)
         with Recorder(prepared, path, started=STARTED, **more) as recorder:
@@ -185,7 +185,7 @@ def test_failure_is_reported_as_fatal(prepared):
     assert b"the physics gave up" in data
 
 
-def test_rerun_converts_it(recording, tmp_path):
+def test_rerun_can_convert_the_recording(recording, tmp_path):
     """Rerun's own converter finds an image and points. Needs rerun-sdk (extra ``rerun``), 170 MB."""
     pytest.importorskip("rerun", reason="rerun-sdk is not installed (extra rerun)")
     target = tmp_path / "demo.rrd"

@@ -16,7 +16,7 @@ from tactile_maps.recording.overview.curves import (
 from tactile_maps.recording.player import RecordingPlayer
 
 
-def test_the_curves_are_the_frames_numbers(recording):
+def test_curves_equal_the_values_of_the_frames(recording):
     shares, pieces = zip(*read_curves(recording), strict=True)
     curves = joined(list(pieces))
     frames = list(RecordingPlayer(recording))
@@ -62,14 +62,14 @@ def test_chosen_curves_are_read_in_addition(recording):
     assert np.isnan(nothing).all()
 
 
-def test_pieces_that_overlap_count_once():
+def test_overlapping_pieces_count_once():
     one = Curves(np.array([1, 3]), np.array([[1.0] * 4, [3.0] * 4]))
     other = Curves(np.array([2, 3]), np.array([[2.0] * 4, [9.0] * 4]))
     assert joined([one, other]).values[:, 0].tolist() == [1.0, 2.0, 3.0]
     assert len(joined([]).ticks) == 0
 
 
-def test_the_envelope_keeps_every_extreme_and_leaves_gaps():
+def test_envelope_keeps_every_extreme_and_leaves_gaps():
     times = np.arange(1000) * 0.005
     values = np.zeros(1000)
     values[[137, 731]] = 6.4, -2.0

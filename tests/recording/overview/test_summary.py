@@ -15,7 +15,7 @@ from tactile_maps.session.bundle import pack_scene
 pytestmark = pytest.mark.long
 
 
-def test_summary_has_its_source_and_a_picture_of_the_touch(recording, prepared, tmp_path):
+def test_summary_has_its_source_and_an_image_of_the_touch(recording, prepared, tmp_path):
     path = tmp_path / "a.mcap"
     path.write_bytes(recording.read_bytes())
     save_annotations(path, Annotations(marks=(Mark(60, "x"),), outcome=Outcome.SUCCESS))

@@ -107,7 +107,7 @@ def test_depth_of_nodes_is_limited(children, rejected, tmp_path):
         ("f 1.5 2 1", 5, "1.5"),
     ],
 )
-def test_corner_of_an_obj_that_is_no_vertex_is_named_with_its_line(tmp_path, face, line, value):
+def test_unknown_vertex_of_an_obj_file_is_named_with_its_line(tmp_path, face, line, value):
     path = tmp_path / "a.obj"
     path.write_text(f"{CORNERS}{face}\nf 1 2 4\n")
     with pytest.raises(MeshError, match=r"a face names a vertex that is not among the 4 of the file") as caught:
@@ -117,7 +117,7 @@ def test_corner_of_an_obj_that_is_no_vertex_is_named_with_its_line(tmp_path, fac
 
 
 @pytest.mark.parametrize("face", ["f 1 2 -1", "f 1 2 \\\n  3", "f 1//1 2//1 3//1 4//1"])
-def test_corner_that_counts_back_or_is_continued_is_read(tmp_path, face):
+def test_negative_vertex_numbers_and_continued_lines_are_read(tmp_path, face):
     path = tmp_path / "a.obj"
     path.write_text(f"{CORNERS}vn 0 0 1\n{face}\n")
     assert len(read_mesh(path).faces) == 1 + (face.count("//") == 4)
@@ -127,7 +127,7 @@ CORNERS = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n"
 
 
 @pytest.mark.parametrize("corner", ["0", "4", "4/1", "-4", "x", "1.0"])
-def test_corner_that_is_no_vertex_is_named_in_plain_faces_and_others(tmp_path, corner):
+def test_unknown_vertex_is_named_in_faces_of_all_notations(tmp_path, corner):
     path = tmp_path / "a.obj"
     for first in ("f 1/1 2//1 3/1/1", "f -3 -2 -1"):
         text = f"v 0 0 0\nv 1 0 0\nv 0 1 0\n{first}\nf 1 2 "

@@ -97,7 +97,7 @@ LOOSE = '<body name="ball"><freejoint/><geom size="0.1"/></body><body name="hand
         ([('<geom type="box"', '<geom material="steel" type="box"')], 0.25, "material", "steel", 1),
     ],
 )
-def test_repaired_model_is_the_robot_alone_with_a_finding(tiny, changes, home, kind, where, count):
+def test_repaired_model_contains_only_the_robot_with_a_finding(tiny, changes, home, kind, where, count):
     for old, new in changes:
         edit(tiny, old, new)
     robot = load_mjcf(tiny)

@@ -210,7 +210,7 @@ def test_addresses_out_of_the_package_are_rejected(urdf, address):
         ('<child link="rod"', '<child link="rodd"', r"joint hinge, child: .*not a link.*rodd.*Did you mean rod[?]"),
     ],
 )
-def test_invalid_number_axis_and_repeated_link_are_refused_with_place_and_remedy(urdf, old, new, message):
+def test_invalid_number_axis_and_repeated_link_are_rejected_with_place_and_remedy(urdf, old, new, message):
     path = urdf("rod.stl")
     path.write_text(path.read_text().replace(old, new, 1))
     with pytest.raises(RobotError, match=rf"\.urdf, {message}"):
@@ -250,7 +250,7 @@ def test_range_of_several_turns_in_whole_numbers_is_reported_as_degrees(urdf, lo
         (["revolute", "prismatic"], ["0.01 kg m², and 0.01 kg for slides", "0.3 N m s/rad, and 0.3 N s/m for slides"]),
     ],
 )
-def test_units_of_added_dynamics_are_those_of_the_joints(urdf, kinds, units):
+def test_units_of_added_dynamics_match_the_joints(urdf, kinds, units):
     path = urdf("rod.stl")
     text = path.read_text()
     joint = text[text.index("<joint") : text.index("</robot>")]

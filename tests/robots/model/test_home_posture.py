@@ -57,7 +57,7 @@ def test_choice_is_repeated_exactly_and_independent_of_size(tmp_path):
 
 
 @pytest.mark.long
-def test_joints_that_do_not_matter_stay_at_zero(tmp_path):
+def test_irrelevant_joints_stay_at_zero(tmp_path):
     assert load(ROBOTS["arm"], tmp_path).home[0] == 0.0  # the first turns the whole arm
 
 
@@ -115,7 +115,7 @@ def test_impossible_home_is_rejected(home, words, tmp_path):
 
 
 @pytest.mark.long
-def test_motion_of_points_is_that_of_the_configuration(tmp_path):
+def test_motion_of_points_matches_the_configuration(tmp_path):
     robot = load(ROBOTS["arm"], tmp_path)
     configuration = Configuration(robot)
     points = np.array([[0.0, 0.0, 0.0], [0.02, -0.01, 0.1]])

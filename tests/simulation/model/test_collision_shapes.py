@@ -20,7 +20,7 @@ from tests.support.touch import arm
 BOTH = frozenset(("block", "ball"))
 
 
-def test_neighbours_never_touch():
+def test_adjacent_links_never_collide():
     robot = arm().robot
     skin = arm().skin
     names = [link.name for link in robot.links]
@@ -40,7 +40,7 @@ def test_neighbours_never_touch():
         (-0.015, True, True),
     ],
 )
-def test_links_never_collide_where_they_touch_at_home_by_the_shapes_that_collide(height, hulls, shapes):
+def test_links_whose_collision_shapes_touch_at_home_never_collide(height, hulls, shapes):
     robot, skin = bowl_and_ball(height)
     assert (BOTH in overlapping_hulls(robot, skin)[1]) is hulls
     assert (BOTH in excluded_pairs(robot, skin)) is shapes
@@ -56,7 +56,7 @@ def excluding(robot, name=""):
 @pytest.mark.parametrize(
     ("height", "overlaps"), [pytest.param(0.03, False, marks=pytest.mark.long), (0.005, False), (-0.004, True)]
 )
-def test_pairs_excluded_at_loading_are_decided_by_the_shapes_that_collide(height, overlaps):
+def test_pairs_excluded_at_loading_are_reconsidered_with_the_collision_shapes(height, overlaps):
     """Shapes of the model, which loading uses, may overlap where the skins do not."""
     robot, skin = bowl_and_ball(height)
     found = excluding(robot, f"{TOUCHING}block ball")
@@ -80,7 +80,7 @@ def test_pairs_of_bare_links_stay_excluded():
         assert (BOTH in excluded_pairs(found, bare)) is apart
 
 
-def test_a_link_inside_another_never_collides_with_it():
+def test_link_inside_another_one_never_collides_with_it():
     """A small ball in the middle of the solid below the rim touches none of the pieces, which are 10 mm thick."""
     robot, skin = bowl_and_ball(0.005)
     ball = robot.link("ball")

@@ -54,7 +54,7 @@ def test_self_contact_collides_hulls_that_reach_the_skin():
 
 
 @pytest.mark.long
-def test_in_the_environment_skin_meets_objects_in_pairs_and_the_rest_by_bits():
+def test_environment_contact_uses_pairs_for_skin_and_collision_bits_otherwise():
     robot = arm().robot
     skin = arm().skin
     model = assemble(robot, skin, Effects(contact="environment"), objects=every_kind())
@@ -74,7 +74,7 @@ def test_in_the_environment_skin_meets_objects_in_pairs_and_the_rest_by_bits():
 
 
 @pytest.mark.long
-def test_everything_meets_everything():
+def test_effect_all_combines_environment_and_self_contact():
     robot = arm().robot
     skin = arm().skin
     everything, outside, itself = (
@@ -87,7 +87,7 @@ def test_everything_meets_everything():
 
 
 @pytest.mark.parametrize(("friction", "dimensions"), [(False, 1), (True, 3)])
-def test_friction_is_that_of_the_object_or_else_of_the_cover(friction, dimensions):
+def test_friction_is_that_of_the_object_or_by_default_of_the_cover(friction, dimensions):
     layer = ElasticLayer(friction=0.4)
     for of_box, felt in ((0.1, 0.1), (0.9, 0.9), (0.0, 0.0), (None, 0.4)):
         box = thing("box", at=(5.0, 0.0, 5.0), mass=1.0, friction=of_box)

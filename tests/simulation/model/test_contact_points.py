@@ -25,7 +25,7 @@ def touching(body: SceneObject, **joint) -> tuple[mujoco.MjModel, mujoco.MjData,
     return model, data, list(range(data.ncon))
 
 
-def test_a_finely_divided_ball_is_pushed_along_the_normal_of_the_plane_it_touches():
+def test_finely_divided_ball_is_pushed_along_the_normal_of_the_plane_it_touches():
     """MuJoCo takes the normal of one of the ball's faces, which is up to 5 degrees off."""
     model, data, numbers = touching(thing("mesh", at=(0.3, 0.01, TOP + 0.02 - 2e-4)))
     assert data.contact.frame[0, 2] < 0.997
@@ -38,7 +38,7 @@ def test_a_finely_divided_ball_is_pushed_along_the_normal_of_the_plane_it_touche
 
 
 @pytest.mark.parametrize("angle", [0.0, -1e-3, -2e-2])
-def test_the_points_of_a_box_on_a_plane_stay(angle):
+def test_contact_points_of_a_box_on_a_plane_are_unchanged(angle):
     """Also those of a tilted box: they are its corners, and the normal is that of the plane."""
     model, data, numbers = touching(thing("box", at=(0.3, 0.01, TOP + 0.01 - 2e-4)), angle=angle)
     before = data.contact.pos.copy(), data.contact.dist.copy()
@@ -51,7 +51,7 @@ def test_the_points_of_a_box_on_a_plane_stay(angle):
 
 @pytest.mark.parametrize("angle", [0.0, -1e-3])
 @pytest.mark.parametrize("turn", [(0.0, 0.0, 0.0), (180.0, 0.0, 77.0)])
-def test_the_points_of_a_disc_are_the_corners_of_a_square_on_its_rim(turn, angle):
+def test_contact_points_of_a_disc_are_four_equally_spaced_points_on_its_rim(turn, angle):
     model, data, numbers = touching(thing("cylinder", at=(0.3, 0.01, TOP + 0.01 - 2e-4), turn=turn), angle=angle)
     normal = data.contact.frame[0, :3].copy()
     found = data.contact.pos.copy() + 0.0
@@ -65,7 +65,7 @@ def test_the_points_of_a_disc_are_the_corners_of_a_square_on_its_rim(turn, angle
     assert (on_plane - plane) @ normal == pytest.approx(np.zeros(4), abs=1e-12), "depths are those below the plane"
 
 
-def test_a_disc_that_reaches_beyond_the_skin_keeps_its_points():
+def test_disc_extending_beyond_the_skin_keeps_its_points():
     model, data, numbers = touching(thing("cylinder", at=(0.385, 0.01, TOP + 0.01 - 2e-4)))
     before = data.contact.pos.copy()
     assert not centre_on_cap(model, data, numbers)
@@ -73,7 +73,7 @@ def test_a_disc_that_reaches_beyond_the_skin_keeps_its_points():
 
 
 @pytest.mark.parametrize("normal", [(1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.6, 0.0, -0.8), (1 / 3, 2 / 3, 2 / 3)])
-def test_a_contact_frame_is_right_handed(normal):
+def test_contact_frame_is_right_handed(normal):
     frame = frame_along(np.array(normal))
     np.testing.assert_allclose(frame @ frame.T, np.eye(3), atol=1e-15)
     assert np.linalg.det(frame) == pytest.approx(1)
@@ -97,14 +97,14 @@ def test_points_of_a_roller_are_on_its_deepest_line(angle):
     assert not centre_on_cap(model, data, numbers)
 
 
-def test_points_of_a_disc_and_a_box_are_on_no_side():
+def test_contact_points_of_a_disc_and_a_box_are_not_biased_to_a_side():
     for body in (thing("cylinder", at=(0.3, 0.01, TOP + 0.0098)), thing("box", at=(0.3, 0.01, TOP + 0.0098))):
         model, data, numbers = touching(body)
         assert numbers
         assert not centre_on_side(model, data, numbers)
 
 
-def test_opposite_direction_is_not_a_correction():
+def test_normal_in_the_opposite_direction_is_not_used_as_a_correction():
     """Just as shapes meet, the distance of MuJoCo may have any direction."""
     model, data, numbers = touching(thing("mesh", at=(0.3, 0.01, TOP + 0.02 - 2e-4)))
     data.contact.frame[numbers] *= -1.0

@@ -28,7 +28,7 @@ from tests.support.touch import bar, bar_skin, hold
 BOX = thing("box", at=(5.0, 0.0, 5.0), mass=1.0)
 
 
-def test_the_numbers_of_a_pair_are_those_of_the_formula():
+def test_solver_parameters_of_a_pair_follow_the_formula():
     layer = ElasticLayer(stiffness=5e4)
     model = assemble(bar(), bar_skin(), Effects(contact="environment", friction=True), objects=(BOX,), layer=layer)
     both = model.body("bar").invweight0[0] + model.body("tactile-maps/object box").invweight0[0]
@@ -39,7 +39,7 @@ def test_the_numbers_of_a_pair_are_those_of_the_formula():
     assert -model.pair_solreffriction[0, 1] / SOLVER_IMPEDANCE == pytest.approx(0.5 / model.opt.timestep)
 
 
-def test_free_object_too_light_for_the_step_touches_softer_and_is_noted_with_a_remedy():
+def test_free_object_too_light_for_the_step_gets_softer_contact_and_a_note_with_a_remedy():
     """Its stiffness is that of a mass of K h^2; with the longest step of the note the stated stiffness is kept."""
     light = thing("sphere", at=(5.0, 0.0, 5.0), mass=0.002)
     soft = ElasticLayer(stiffness=1e3)
@@ -66,7 +66,7 @@ def stiff_bar(integrator: str) -> Simulation:
 
 
 @pytest.mark.long
-def test_discrete_does_not_depend_on_how_many_steps_a_call_takes():
+def test_result_of_integrator_discrete_does_not_depend_on_steps_per_call():
     one = stiff_bar("discrete")
     many = stiff_bar("discrete")
     command = hold(bar(), 2000.0, 50.0)
@@ -76,7 +76,7 @@ def test_discrete_does_not_depend_on_how_many_steps_a_call_takes():
     assert np.array_equal(one.state(), many.state())
 
 
-def test_points_share_by_their_depths():
+def test_contact_points_share_stiffness_by_depth():
     assert effective_count([1e-4]) == 1
     assert effective_count([1e-4] * 4) == pytest.approx(4)
     assert effective_count([1e-4, 0.0]) == 1
@@ -87,7 +87,7 @@ def test_points_share_by_their_depths():
     assert effective_count([1e-4, 1e-9]) == pytest.approx(1, rel=1e-4), "continuous as a point comes and goes"
 
 
-def test_contacts_of_balls_are_left_as_mujoco_finds_them():
+def test_contacts_of_balls_are_unchanged():
     """Their direction is exact; the correction of other shapes would cost several steps."""
     layer = ElasticLayer()
     ball = thing("sphere", at=(0.3, 0.01, 0.0398))

@@ -37,33 +37,33 @@ def test_model_without_effects_has_only_joints_and_impedance():
 @pytest.mark.parametrize(
     ("gravity", "weight", "compensated"), [("off", 0, 0), ("on", -9.81, 0), ("compensated", -9.81, 1)]
 )
-def test_gravity_settings(gravity, weight, compensated):
+def test_gravity_setting_sets_gravity_and_compensation(gravity, weight, compensated):
     model = assemble(bar(), bar_skin(), Effects(gravity=gravity))
     assert model.opt.gravity[2] == weight
     assert (model.body_gravcomp[1:] == compensated).all()
 
 
-def test_only_the_robot_is_compensated_but_motors_and_springs_carry_theirs():
+def test_only_robot_links_are_gravity_compensated_except_on_motors_and_springs():
     model = assemble(bar(), bar_skin(), Effects(gravity="compensated", contact="environment"), objects=every_kind())
     carried = {model.body(i).name for i in np.flatnonzero(model.body_gravcomp)}
     assert carried == {"bar", "tactile-maps/object probe", "tactile-maps/object plate"}
 
 
-def test_joint_friction_is_the_files():
+def test_joint_friction_is_that_of_the_model_file():
     dry = replace(bar(), mjcf=bar().mjcf.replace('name="hinge"', 'name="hinge" frictionloss="0.3"'))
     assert assemble(dry, bar_skin(), Effects(joint_friction=True)).dof_frictionloss[0] == 0.3
     assert not assemble(dry, bar_skin(), Effects(joint_friction=False)).dof_frictionloss.any()
 
 
 @pytest.mark.parametrize("name", ["implicitfast", "discrete", "euler", "implicit"])
-def test_integrator_settings(name):
+def test_integrator_setting_sets_integrator_time_step_and_jacobian(name):
     model = assemble(bar(), bar_skin(), Effects(integrator=name, timestep=0.0005))
     assert model.opt.integrator == getattr(mujoco.mjtIntegrator, f"mjINT_{name.upper()}")
     assert model.opt.timestep == 0.0005
     assert model.opt.jacobian == mujoco.mjtJacobian.mjJAC_DENSE
 
 
-def test_without_dynamics_nothing_moves_or_touches_anything():
+def test_model_without_dynamics_has_no_motion_and_no_contact():
     model = assemble(arm().robot, arm().skin, Effects(contact="all", dynamics=False), objects=every_kind())
     found = counts(model)
     assert found["nu"] == found["npair"] == found["ngeom"] == 0
@@ -71,7 +71,7 @@ def test_without_dynamics_nothing_moves_or_touches_anything():
 
 
 @pytest.mark.long
-def test_probe_mode_has_only_probes_and_skin():
+def test_contact_mode_probe_has_only_probes_and_skin():
     robot = arm().robot
     skin = arm().skin
     everything = assemble(robot, skin, Effects(contact="probe"), objects=every_kind())
@@ -85,7 +85,7 @@ def test_probe_mode_has_only_probes_and_skin():
 
 
 @pytest.mark.long
-def test_depth_has_one_sensor_a_link_and_only_where_there_is_contact():
+def test_depth_model_has_one_sensor_per_link_and_only_with_contact():
     robot = arm().robot
     skin = arm().skin
     probe = (thing("probe", at=(5.0, 0.0, 5.0)),)
@@ -96,6 +96,6 @@ def test_depth_has_one_sensor_a_link_and_only_where_there_is_contact():
     assert assemble(robot, skin, Effects(contact="probe"), objects=probe).nsensor == 0
 
 
-def test_a_robot_mujoco_refuses_is_named():
+def test_robot_rejected_by_mujoco_is_named():
     with pytest.raises(RobotError, match="by hand"):
         assemble(replace(bar(), mjcf="<mujoco><nonsense/></mujoco>"), bar_skin(), Effects())

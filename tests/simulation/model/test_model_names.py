@@ -48,7 +48,7 @@ def skin_of(robot):
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("names", [CLASHING, OBJECTS])
 @pytest.mark.parametrize("skin", ["half-space", "foundation", "depth"])
-def test_the_same_robot_under_other_names_is_simulated_alike(tmp_path, names, skin):
+def test_renamed_robot_is_simulated_identically(tmp_path, names, skin):
     runs = []
     for robot in (robot_with(tmp_path, PLAIN), robot_with(tmp_path, names)):
         effects = Effects(contact="all", gravity="on", skin=skin)
@@ -62,7 +62,7 @@ def test_the_same_robot_under_other_names_is_simulated_alike(tmp_path, names, sk
     np.testing.assert_array_equal(*runs)
 
 
-def test_notes_use_names_of_the_files(tmp_path):
+def test_notes_use_the_names_of_the_model_files(tmp_path):
     robot = robot_with(tmp_path, CLASHING)
     layer = ElasticLayer(stiffness=1e8)
     model = assemble(robot, skin_of(robot), Effects(contact="all"), objects=(BALL,), layer=layer)

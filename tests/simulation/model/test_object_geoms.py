@@ -46,21 +46,21 @@ def alone(*things, seconds: float, effects=WORLD) -> Simulation:
         ("plane", "PLANE", (0.5, 0.5, 1)),
     ],
 )
-def test_primitives_have_the_size_the_scene_says(kind, shape, size):
+def test_primitives_have_the_size_stated_in_the_scene(kind, shape, size):
     geom = model_with(thing(kind, at=FAR)).geom(f"tactile-maps/object {kind}")
     assert geom.type[0] == getattr(mujoco.mjtGeom, f"mjGEOM_{shape}")
     assert geom.size == pytest.approx(size)
 
 
 @pytest.mark.parametrize("kind", ["box", "sphere", "cylinder", "mesh"])
-def test_mass_sets_free_and_none_fixes(kind):
+def test_object_with_mass_is_free_and_without_mass_fixed(kind):
     free = model_with(thing(kind, at=FAR, mass=0.7))
     fixed = model_with(thing(kind, at=FAR))
     assert free.body(f"tactile-maps/object {kind}").mass[0] == pytest.approx(0.7)
     assert (free.nv, fixed.nv) == (7, 1)
 
 
-def test_a_guided_weight_falls_straight_however_it_is_turned():
+def test_guided_weight_falls_straight_in_any_orientation():
     weight = thing("cylinder", at=(5.0, 1.0, 20.0), turn=(30.0, 40.0, 50.0), mass=0.7, guided=True)
     assert model_with(weight).nv == 2
     simulation = alone(weight, seconds=1.0)
@@ -68,7 +68,7 @@ def test_a_guided_weight_falls_straight_however_it_is_turned():
     assert simulation.object_poses[0, :3, :3] == pytest.approx(weight.spec.pose.rotation)
 
 
-def test_a_plates_spring_has_the_stated_stiffness_along_its_own_axis():
+def test_spring_of_a_plate_has_the_stated_stiffness_along_its_axis():
     plate = thing("plate", at=FAR, turn=(90.0, 0.0, 0.0), mass=0.5, stiffness=300.0, damping=1.0)
     simulation = Simulation(bar(), bar_skin(), WORLD, objects=(plate,))
     body = simulation._model.body("tactile-maps/object plate").id
@@ -80,7 +80,7 @@ def test_a_plates_spring_has_the_stated_stiffness_along_its_own_axis():
     assert moved == pytest.approx((axis @ push / 300.0) * axis, abs=1e-9)
 
 
-def test_a_plate_swings_with_the_stated_damping():
+def test_plate_oscillates_with_the_stated_damping():
     plate = thing("plate", at=FAR, mass=0.5, stiffness=300.0, damping=0.1)
     simulation = Simulation(bar(), bar_skin(), Effects(contact="environment", timestep=1e-4), objects=(plate,))
     omega = np.sqrt(300.0 / 0.5)
@@ -92,7 +92,7 @@ def test_a_plate_swings_with_the_stated_damping():
     assert left == pytest.approx(0.01 * np.exp(-share * omega * period), rel=5e-3)
 
 
-def test_a_probe_follows_its_path_again_and_again():
+def test_probe_repeats_its_path():
     path = ((0.0, *FAR), (1.0, 5.2, 1.0, 2.0), (2.0, *FAR))
     probe = thing("probe", at=(9.0, 9.0, 9.0), path=path)
     simulation = Simulation(bar(), bar_skin(), WORLD, objects=(probe,))
@@ -103,7 +103,7 @@ def test_a_probe_follows_its_path_again_and_again():
         assert simulation.object_poses[0, 0, 3] == pytest.approx(5.1 - 0.2 * lag, abs=2e-4)
 
 
-def test_a_probes_motors_never_push_harder():
+def test_motors_of_a_probe_never_exceed_their_force():
     probe = thing("probe", at=FAR, mass=2.0, max_force=3.0, path=((0.0, *FAR), (0.001, 9.0, 9.0, 2.0), (9.0, 9, 9, 2)))
     simulation = Simulation(bar(), bar_skin(), WORLD, objects=(probe,))
     for _ in range(50):
@@ -112,7 +112,7 @@ def test_a_probes_motors_never_push_harder():
     assert simulation._data.actuator_force[1] == 3.0
 
 
-def test_places_on_a_path():
+def test_probe_path_gives_the_position_at_any_time():
     path = ProbePath(thing("probe", path=((0.5, 0.0, 0.0, 0.0), (1.0, 1.0, 0.0, 0.0), (2.0, 1.0, 2.0, 0.0))).spec)
     for time, place in ((0.0, (0, 0, 0)), (0.5, (0, 0, 0)), (0.75, (0.5, 0, 0)), (1.5, (1, 1, 0)), (2.75, (0.5, 0, 0))):
         assert path.place(time) == pytest.approx(place), time
@@ -138,7 +138,7 @@ def test_convex_mesh_has_no_note_about_its_hull(kind):
     assert hull_notes(thing(kind)) == ()
 
 
-def test_hull_without_hollow_vertices_is_noted_by_its_faces():
+def test_hull_above_hollow_faces_is_noted_even_without_hollow_vertices():
     """The top is folded along one diagonal: 0.02 m of air are over the middles of its faces, which are inclined."""
     corners = np.array([[0, 0, 0], [0.1, 0, 0], [0.1, 0.1, 0], [0, 0.1, 0], [0, 0, 0.01], [0.1, 0, 0.04],
                         [0.1, 0.1, 0.01], [0, 0.1, 0.04]])  # fmt: skip

@@ -142,7 +142,7 @@ def test_added_elements_are_the_same_with_hostile_defaults(skin: str, integrator
     assert differences(plain, found) == []
 
 
-def test_hulls_that_meet_each_other_are_the_same_with_hostile_defaults() -> None:
+def test_hulls_in_self_contact_are_the_same_with_hostile_defaults() -> None:
     robot, skin = pair()
     effects = Effects(contact="self")
     plain, found = (assemble(one, skin, effects) for one in (robot, hostile(robot)))
@@ -159,7 +159,7 @@ def test_obstacles_of_the_planner_are_the_same_with_hostile_defaults() -> None:
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
-def test_no_values_of_defaults_change_added_elements(seed: int) -> None:
+def test_random_defaults_do_not_change_added_elements(seed: int) -> None:
     effects = Effects(contact="all")
     objects = (*every_kind(), wedge())
     plain, found = (

@@ -65,7 +65,7 @@ def _slide(model: mujoco.MjModel, data: mujoco.MjData, count: int, *, passive: b
 
 
 @pytest.mark.parametrize("integrator", INTEGRATORS)
-def test_friction_opposes_sliding_of_a_body_that_is_braked_harder(integrator):
+def test_friction_opposes_sliding_even_with_strong_braking(integrator):
     """Coulomb's force adds to the brake, although the brake exceeds the reference of friction."""
     model = _ball_on_plane(integrator)
     pushed = _settled(model, speed=1.0)
@@ -76,7 +76,7 @@ def test_friction_opposes_sliding_of_a_body_that_is_braked_harder(integrator):
 
 
 @pytest.mark.parametrize("integrator", ["implicitfast", "implicit", "euler"])
-def test_friction_on_a_strongly_damped_joint_gives_no_energy(integrator):
+def test_friction_on_a_strongly_damped_joint_adds_no_energy(integrator):
     """These integrators damp after the solver, whose friction holds the ball for an acceleration that it never has."""
     model = _ball_on_plane(integrator, damping=1e4, axes=("1 0 1", "1 0 -1"), reference=500.0)
     gained, usual = _push_out(model, passive=False)
@@ -107,7 +107,7 @@ def _push_out(model: mujoco.MjModel, *, passive: bool) -> tuple[float, float]:
 
 
 @pytest.mark.parametrize("integrator", INTEGRATORS)
-def test_step_without_gain_is_that_of_mujoco(integrator):
+def test_step_without_energy_gain_equals_that_of_mujoco(integrator):
     model = _ball_on_plane(integrator)
     data = _settled(model, speed=0.5)
     plain = _settled(model, speed=0.5)

@@ -22,7 +22,7 @@ def assembled(shape: str, *objects, **effects) -> tuple[mujoco.MjModel, mujoco.M
     return model, mujoco.MjData(model), PieceContacts(model, robot, skin)
 
 
-def test_counts_are_todays_for_equal_normals_and_separate_for_perpendicular_ones():
+def test_points_with_equal_normals_share_stiffness_and_perpendicular_ones_do_not():
     depths = [3e-4, 1e-4, 2e-4]
     same = shared_counts(depths, np.tile([0.0, 0.6, 0.8], (3, 1)))
     np.testing.assert_allclose(same, effective_count(depths), rtol=1e-12)
@@ -69,14 +69,14 @@ def contacts_of(shape: str, body, **effects) -> list[tuple[float, np.ndarray]]:
 
 @pytest.mark.parametrize("x", np.linspace(0.05, 0.056, 4))
 @pytest.mark.parametrize("y", np.linspace(-0.021, 0.02, 4))
-def test_a_ball_over_flat_pieces_has_one_contact_with_the_true_depth(x, y):
+def test_ball_over_flat_pieces_has_one_contact_with_the_true_depth(x, y):
     found = contacts_of("bowl", thing("sphere", size=(0.01,), at=(x, y, 0.0099), mass=0.1))
     assert len(found) == 1
     assert found[0][0] == pytest.approx(1e-4, rel=1e-6)
     np.testing.assert_allclose(found[0][1], [0, 0, 1], atol=1e-9)
 
 
-def test_a_ball_in_a_groove_has_a_contact_with_each_wall():
+def test_ball_in_a_groove_has_a_contact_with_each_wall():
     height = 0.02 * np.sqrt(2) - 0.02 - 1e-4 * np.sqrt(2)
     found = contacts_of("groove", thing("sphere", at=(0.0, 0.001, height), mass=0.1))
     assert sorted(np.round(normal[0], 6) for _, normal in found) == [-0.707107, 0.707107]
@@ -84,7 +84,7 @@ def test_a_ball_in_a_groove_has_a_contact_with_each_wall():
 
 
 @pytest.mark.long
-def test_a_box_over_seams_is_pushed_along_the_surface_only():
+def test_box_over_seams_is_pushed_along_the_surface_only():
     """Seams would push its edge aside where it has just reached the next piece."""
     for x in np.linspace(0.02, 0.03, 5):
         box = thing("box", size=(0.02, 0.1, 0.01), at=(0.0, x - 0.025, 0.00499), mass=0.1)

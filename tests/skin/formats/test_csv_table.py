@@ -19,7 +19,7 @@ def written(tmp_path, text, name="left_part.csv"):
 
 
 @pytest.mark.parametrize("separator", [",", ";", "\t", " , "])
-def test_any_separator_and_any_order_of_columns(tmp_path, separator):
+def test_any_separator_and_column_order_are_read(tmp_path, separator):
     rows = ["# by hand", "taxel,Z, X ,y,module,u_mm,v,weight", "", "7,.3,1e-1,0.2,1,12,0.5,heavy", "2,0,0,0.1,0,-3,0,"]
     (taxels,) = read_table(written(tmp_path, "\r\n".join(rows).replace(",", separator)))
     assert (taxels.name, taxels.link, taxels.normals) == ("left_part", None, None)
@@ -30,7 +30,7 @@ def test_any_separator_and_any_order_of_columns(tmp_path, separator):
     assert kinds(taxels.findings) == {"unknown-column": 1, "millimetres": 1}
 
 
-def test_numbers_alone_are_positions_or_positions_and_normals(tmp_path):
+def test_table_without_header_contains_positions_or_positions_and_normals(tmp_path):
     (bare,) = read_table(written(tmp_path, "0,0,0.1\n0.2,0,0\n"))
     assert bare.positions.tolist() == [[0, 0, 0.1], [0.2, 0, 0]]
     assert (bare.normals, bare.numbers.tolist()) == (None, [0, 1])
@@ -48,7 +48,7 @@ def test_numbers_alone_are_positions_or_positions_and_normals(tmp_path):
         "pos_x/mm,pos_y/mm,pos_z/mm,normal_x,normal_y,normal_z [-],sensor_id,board_id,taxel_area_mm2,frame_id",
     ],
 )
-def test_headings_are_understood_as_people_write_them(tmp_path, heading):
+def test_common_spellings_of_headings_are_recognized(tmp_path, heading):
     (taxels,) = read_table(written(tmp_path, f"{heading}\n10,0,-5,0,0,1,7,3,30,arm\n20,5,0,1,0,0,8,3,25,arm\n"))
     np.testing.assert_allclose(taxels.positions, [[0.01, 0, -0.005], [0.02, 0.005, 0]], atol=1e-15)
     assert taxels.normals.tolist() == [[0, 0, 1], [1, 0, 0]]
@@ -58,12 +58,12 @@ def test_headings_are_understood_as_people_write_them(tmp_path, heading):
 
 
 @pytest.mark.parametrize(("unit", "metres"), [("m", 1), ("cm", 1e-2), ("mm", 1e-3), ("um", 1e-6), ("µm", 1e-6)])
-def test_units_in_the_heading(tmp_path, unit, metres):
+def test_units_in_the_heading_are_applied(tmp_path, unit, metres):
     (taxels,) = read_table(written(tmp_path, f"x [{unit}],y_{unit},z ({unit})\n1,2,3\n"))
     np.testing.assert_allclose(taxels.positions, metres * np.array([[1, 2, 3]]), rtol=1e-12)
 
 
-def test_units_that_are_not_stated_are_guessed_only_where_metres_cannot_be_meant(tmp_path):
+def test_missing_units_are_assumed_only_if_metres_are_impossible(tmp_path):
     rows = "\n".join(f"{5 * k},{(k % 2) * 4},0,20" for k in range(6))
     (far,) = read_table(written(tmp_path, f"x,y,z,area\n{rows}\n"))
     np.testing.assert_allclose(far.positions[1], [0.005, 0.004, 0])
@@ -86,7 +86,7 @@ def test_areas_are_written_and_read_back(tmp_path):
     assert not {"guessed-unit", "millimetres"} & set(kinds(back.findings))
 
 
-def test_areas_that_some_taxels_lack_are_not_used(tmp_path):
+def test_incomplete_areas_are_not_used(tmp_path):
     (taxels,) = read_table(written(tmp_path, "x,y,z,area_mm2\n0,0,0,5\n0.01,0,0,\n0.02,0,0,0\n"))
     assert taxels.areas is None
     assert kinds(taxels.findings) == {"area-unknown": 2}
@@ -102,7 +102,7 @@ def test_links_become_sets(tmp_path):
     ]
 
 
-def test_properties_of_some_taxels_only(tmp_path):
+def test_incomplete_normals_are_dropped_and_incomplete_map_points_kept(tmp_path):
     text = "x,y,z,nx,ny,nz,u,v\n0,0,1,0,0,1,,\n0,0,2,,,,0.1,0.2\n"
     (taxels,) = read_table(written(tmp_path, text))
     assert taxels.normals is None
@@ -145,12 +145,12 @@ def test_properties_of_some_taxels_only(tmp_path):
         ('x,y,z\n0,0,"0\n0,0,0"\n', "quoted cell runs over"),
     ],
 )
-def test_broken_tables_are_refused_with_line_and_value(tmp_path, text, problem):
+def test_invalid_tables_are_rejected_with_line_and_value(tmp_path, text, problem):
     with pytest.raises(SkinError, match=f"left_part.csv.*{problem}"):
         read_table(written(tmp_path, text))
 
 
-def test_absurd_sizes_are_refused(tmp_path, monkeypatch):
+def test_implausible_sizes_are_rejected(tmp_path, monkeypatch):
     monkeypatch.setattr(documents, "MAX_TAXELS", 3)
     with pytest.raises(SkinError, match="more than 3 rows"):
         read_table(written(tmp_path, "0,0,0\n" * 5))

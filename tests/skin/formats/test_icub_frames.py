@@ -48,7 +48,7 @@ def whole():
 @needs_files
 @needs_icub
 @pytest.mark.parametrize(("file", "count"), [("left_arm.txt", 350), ("left_forearm_V2.txt", 148)])
-def test_icub_gets_real_taxels(file, count):
+def test_icub_is_covered_with_its_real_taxels(file, count):
     skin = TaxelFile(POSITIONS / file).skin(load_robot("icub"))
     assert len(skin) == count
     for patch in skin.patches:
@@ -70,7 +70,7 @@ def test_folder_covers_each_link_with_the_closest_file(tmp_path):
     assert ("link-missing", "lost.txt") in found
 
 
-def test_the_first_file_of_a_folder_is_used_where_the_mesh_of_its_link_is_missing(tmp_path):
+def test_first_file_of_a_folder_is_used_where_the_mesh_of_its_link_is_missing(tmp_path):
     for name in ("second", "first"):
         positions_file(tmp_path, module(), header="name upper\n").rename(tmp_path / f"{name}.txt")
     robot = two_rods()
@@ -82,14 +82,14 @@ def test_the_first_file_of_a_folder_is_used_where_the_mesh_of_its_link_is_missin
     assert "the mesh of the link upper is missing, and first.txt is the first file" in found["other-calibration"].action
 
 
-def test_a_folder_without_a_file_for_the_robot_is_refused(tmp_path):
+def test_folder_without_a_file_for_the_robot_is_rejected(tmp_path):
     with pytest.raises(SkinError, match="no file in the folder.*found: 0.*base, upper"):
         TaxelFile(tmp_path).skin(two_rods())
     with pytest.raises(SkinError, match="needs a robot"):
         TaxelFile(tmp_path).skin()
 
 
-def test_robots_without_icubs_links_have_no_frames_of_its():
+def test_robot_without_icub_links_has_no_icub_frames():
     assert icub_frames(two_rods(), "upper") == {}
 
 
@@ -114,7 +114,7 @@ def test_positions_in_a_documented_frame_are_moved_onto_the_link(whole, link, fr
 @pytest.mark.long
 @pytest.mark.robots
 @needs_icub
-def test_the_elbows_are_mirror_images(whole):
+def test_elbows_are_mirror_images(whole):
     """The documented chains of both arms, checked against each other and against the wrist of the URDF."""
     left, right = (icub_frames(whole, f"{side}_upper_arm")["elbow (DH)"] for side in "lr")
     assert np.linalg.det(left.rotation) == pytest.approx(1)
@@ -152,7 +152,7 @@ def test_whole_real_skin_keeps_its_ids(whole):
 
 @needs_files
 @needs_icub
-def test_the_real_torso_is_stated_in_the_frame_of_the_documentation():
+def test_real_torso_file_uses_the_documented_frame():
     skin = TaxelFile(POSITIONS / "torso.txt").skin(load_robot("icub"))
     assert len(skin) == 373
     found = {finding.kind: finding.action for finding in skin.findings}
@@ -184,14 +184,14 @@ def test_elbow_frames_of_both_arms_have_mirrored_origins():
     assert left * [1, -1, 1] == pytest.approx(right, abs=1e-9)
 
 
-def test_whole_icub_gets_a_folder_instead_of_its_cover(tmp_path):
+def test_folder_of_files_replaces_the_cover_of_the_whole_icub(tmp_path):
     scene = scene_from_arguments(argparse.Namespace(scene="icub_whole", skin=[str(tmp_path)]))
     assert (scene.robot, scene.taxel_files, scene.cover.links) == ("icub_whole", (str(tmp_path),), ())
     with pytest.raises(SkinError, match="does not exist"):
         scene_from_arguments(argparse.Namespace(scene="icub_whole", skin=[str(tmp_path / "gone")]))
 
 
-def test_scene_names_a_folder_next_to_it(tmp_path):
+def test_scene_may_name_a_folder_next_to_it(tmp_path):
     (tmp_path / "positions").mkdir()
     (tmp_path / "arm").mkdir()
     (tmp_path / "own.toml").write_text("robot = 'arm'\ntaxel_file = 'positions'\n")

@@ -28,7 +28,7 @@ def written(tmp_path, text):
     return path
 
 
-def test_a_module_is_mirrored_then_turned_then_moved(tmp_path):
+def test_module_is_mirrored_then_rotated_then_translated(tmp_path):
     layout = read_icub_layout(written(tmp_path, HEAD + "triangle_10pad 5 10 20 90 5 1\n"))
     x, y = TRIANGLE.pads[1]
     np.testing.assert_allclose(layout.points[1], [0.010 - y, 0.020 - x], atol=1e-12)
@@ -37,7 +37,7 @@ def test_a_module_is_mirrored_then_turned_then_moved(tmp_path):
     assert dict(layout.settings) == {"cardid": "8 9", "robotPart": "left_arm", "width": "500"}
 
 
-def test_mirror_and_layout_number_may_be_missing_or_there(tmp_path):
+def test_mirror_and_layout_number_are_optional(tmp_path):
     text = HEAD + "triangle_10pad 2 0 0 0 5\ntriangle_10pad 1 9 0 0 5 0 3\n"
     layout = read_icub_layout(written(tmp_path, text))
     assert [module.number for module in layout.modules] == [2, 1]
@@ -74,12 +74,12 @@ def test_repeated_and_unknown_modules_are_counted(tmp_path):
         ("", "no module of a known kind"),
     ],
 )
-def test_broken_lines_are_refused_with_line_and_value(tmp_path, line, problem):
+def test_invalid_lines_are_rejected_with_line_and_value(tmp_path, line, problem):
     with pytest.raises(SkinError, match=rf"left_part\.ini.*{problem}"):
         read_icub_layout(written(tmp_path, HEAD + line))
 
 
-def test_taxels_meet_their_places_by_number():
+def test_taxels_are_matched_to_their_map_points_by_number():
     taxels, layout = strip(4)
     mixed = taxels.select(np.arange(len(taxels)) != 5)
     mixed = TaxelSet("strip", None, mixed.numbers[::-1], mixed.positions[::-1])

@@ -31,7 +31,7 @@ def torn_and_cost(taxels, layout):
     return int((ratio > 2).sum()), float(np.abs(np.log(ratio)).sum())
 
 
-def test_a_state_moves_pads_but_not_the_triangle():
+def test_orientation_state_moves_pads_but_not_the_triangle():
     module = LayoutModule(3, 0.1, 0.2, 0.4)
     touch = [k for k in range(12) if k not in (6, 10)]
     for state in range(6):
@@ -42,7 +42,7 @@ def test_a_state_moves_pads_but_not_the_triangle():
         assert (np.linalg.norm(points - module.points, axis=1).max() > 0.01) == (state > 0)
 
 
-def test_a_true_map_is_left_alone_at_once():
+def test_correct_map_is_unchanged():
     taxels, layout = strip()
     candidates = propose_orientations(taxels, layout)
     assert (candidates.torn_before, candidates.torn_after, candidates.states.any()) == (0, 0, False)
@@ -78,7 +78,7 @@ def test_only_chosen_modules_are_changed_and_never_the_input():
 
 
 @pytest.mark.long
-def test_proposal_has_the_least_cost_of_all_states():
+def test_proposal_has_the_smallest_cost_of_all_states():
     taxels, true = strip(4)
     wrong = misdrawn(true, {2: 4, 3: 1, 5: 5})
     candidates = propose_orientations(taxels, wrong, restarts=50)
@@ -89,7 +89,7 @@ def test_proposal_has_the_least_cost_of_all_states():
     assert torn_and_cost(taxels, candidates.apply(wrong))[1] == pytest.approx(best, abs=0.2)
 
 
-def test_a_module_without_contact_stays_and_is_not_determined():
+def test_orientation_of_a_module_without_contact_is_unchanged_and_undetermined():
     taxels, true = strip()
     modules = tuple(m for m in true.modules if m.number != 9)
     lonely = misdrawn(replace(true, modules=modules), {3: 2, 10: 4})
@@ -113,7 +113,7 @@ def test_changes_without_evidence_are_not_proposed():
         assert (candidates.turned, candidates.mirrored) == ({3: 120}, {})
 
 
-def test_two_modules_alone_could_both_be_mirrored():
+def test_orientation_of_two_isolated_modules_is_ambiguous():
     taxels, true = strip()
     modules = tuple(m for m in true.modules if m.number != 8)
     candidates = propose_orientations(taxels, misdrawn(replace(true, modules=modules), {3: 2}))
@@ -140,7 +140,7 @@ def test_contact_at_one_corner_does_not_determine_the_orientation(state, aside):
     assert candidates.determined.tolist() == [True] * 4 + [False]
 
 
-def test_a_layout_of_another_patch_is_refused():
+def test_layout_of_another_patch_is_rejected():
     taxels, _ = strip()
     with pytest.raises(SkinError, match="none of these taxels"):
         propose_orientations(taxels, IcubLayout("other", (LayoutModule(77, 0, 0, 0),)))
@@ -156,7 +156,7 @@ def test_a_layout_of_another_patch_is_refused():
         ("torso", "torso", 7, 171, 50, {52: 120}, {}, (43, 44, 1)),
     ],
 )
-def test_real_patches_hold_what_was_measured(positions, layout, torn, pairs, contacts, turned, mirrored, determined):
+def test_real_patches_give_the_known_results(positions, layout, torn, pairs, contacts, turned, mirrored, determined):
     taxels = read_icub_positions(POSITIONS / f"{positions}.txt")
     drawn = read_icub_layout(LAYOUTS / f"{layout}.ini")
     candidates = propose_orientations(taxels, drawn)

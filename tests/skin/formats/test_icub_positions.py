@@ -27,7 +27,7 @@ def text_file(tmp_path, text):
     return path
 
 
-def test_header_list_and_rows(tmp_path):
+def test_header_taxel_list_and_rows_are_read(tmp_path):
     text = "name\t l_part\r\nspatial_sampling taxel\r\ntaxel2Repr ( 1 1 -2\t-1 )\r\n[calibration]\r\n"
     rows = read_position_rows(text_file(tmp_path, text + "0.1 0.2 0.3\t1 0 0\r\n\r\n0 0 0 0 0 0 \r\n"))
     assert rows.name == "l_part"
@@ -36,7 +36,7 @@ def test_header_list_and_rows(tmp_path):
     assert rows.values.tolist() == [[0.1, 0.2, 0.3, 1, 0, 0], [0, 0, 0, 0, 0, 0]]
 
 
-def test_rows_alone_with_comments_and_no_last_line_end(tmp_path):
+def test_rows_with_comments_and_no_final_newline_are_read(tmp_path):
     rows = read_position_rows(text_file(tmp_path, "// made by hand\n# too\n0 0 0.1\n1e-2 -.5 0.2"))
     assert (rows.name, rows.representatives) == (None, None)
     assert rows.values.tolist() == [[0, 0, 0.1], [0.01, -0.5, 0.2]], "the last row counts"
@@ -64,12 +64,12 @@ def test_rows_alone_with_comments_and_no_last_line_end(tmp_path):
         (b"\x80\x04\x95pickle\x00\n", "no taxel rows"),
     ],
 )
-def test_broken_files_are_refused_with_line_and_value(tmp_path, text, problem):
+def test_invalid_files_are_rejected_with_line_and_value(tmp_path, text, problem):
     with pytest.raises(SkinError, match=f"left_part.txt.*{problem}"):
         read_position_rows(text_file(tmp_path, text))
 
 
-def test_absurd_sizes_are_refused(tmp_path, monkeypatch):
+def test_implausible_sizes_are_rejected(tmp_path, monkeypatch):
     path = text_file(tmp_path, "0 0 1\n" * 20)
     monkeypatch.setattr(icub_positions, "MAX_ROWS", 10)
     with pytest.raises(SkinError, match="line 11.*more than 10 rows"):
@@ -97,7 +97,7 @@ def positions_file(tmp_path, rows, *, header="", end="\n"):
     return path
 
 
-def test_a_file_of_rows_only_drops_the_thermal_pads_and_keeps_the_last_row(tmp_path):
+def test_file_of_rows_only_drops_the_thermal_pads_and_keeps_the_last_row(tmp_path):
     taxels = read_icub_positions(positions_file(tmp_path, module() + module(1), end="\r\n"))
     assert taxels.link is None
     assert taxels.numbers.tolist() == [0, 1, 2, 3, 4, 5, 7, 8, 9, 11, 12, 13, 14, 15, 16, 17, 19, 20, 21, 23]
@@ -148,19 +148,19 @@ def test_rows_at_one_place_are_aliases_and_rows_count_as_a_stream(tmp_path):
     assert (again.aliases.tolist(), again.stream) == ([[3, 2], [4, 2]], 24)
 
 
-def test_real_normals_are_kept_at_length_one(tmp_path):
+def test_normals_of_a_real_file_are_kept_with_unit_length(tmp_path):
     taxels = read_icub_positions(positions_file(tmp_path, module() + module(1, normal="2 0 0")))
     assert taxels.normals is not None
     assert np.linalg.norm(taxels.normals, axis=1) == pytest.approx(1.0)
     assert kinds(taxels.findings)["normals-not-unit"] == 10
 
 
-def test_positions_without_normals_are_enough(tmp_path):
+def test_positions_without_normals_are_accepted(tmp_path):
     rows = [" ".join(row.split()[:3]) for row in module()]
     assert read_icub_positions(positions_file(tmp_path, rows)).normals is None
 
 
-def test_a_file_without_taxels_is_refused(tmp_path):
+def test_file_without_taxels_is_rejected(tmp_path):
     with pytest.raises(SkinError, match="no usable taxel"):
         read_icub_positions(positions_file(tmp_path, ["0 0 0 0 0 0"] * 12))
 
@@ -196,7 +196,7 @@ def test_missing_link_must_be_chosen(tmp_path):
 
 
 @needs_files
-def test_real_files_hold_what_was_measured():
+def test_real_files_have_the_known_contents():
     arm = read_icub_positions(POSITIONS / "left_arm.txt")
     assert (arm.link, len(arm.positions), arm.normals) == ("l_upper_arm", 350, None)
     assert kinds(arm.findings) == {"list-length": 192, "unused-row": 418, "dummy-normals": 350}
@@ -227,7 +227,7 @@ def test_written_file_is_read_back_sorted_by_row(tmp_path):
     assert len(text) == 4 + 12 * (83 // 12 + 2)
 
 
-def test_the_middle_pad_represents_its_module_or_else_the_first(tmp_path):
+def test_middle_pad_represents_its_module_or_else_the_first(tmp_path):
     taxels = TaxelSet("two", None, np.array([3, 7, 6, 14, 13]), np.eye(5, 3) + [0, 0, 1])
     write_icub_positions(taxels, tmp_path / "two.txt")
     rows = read_position_rows(tmp_path / "two.txt")
@@ -277,7 +277,7 @@ def test_common_normal_is_valid_for_taxels_in_a_plane(tmp_path):
     assert read_icub_positions(positions_file(tmp_path, [*flat, "0.03 0.03 0.11 0 0 2"])).normals is None
 
 
-def test_taxels_with_three_axes_are_refused_with_formats_that_keep_them(tmp_path):
+def test_taxels_with_three_axes_are_rejected_with_the_formats_that_keep_them(tmp_path):
     taxels = TaxelSet("pad", None, np.arange(2), np.ones((2, 3)), axes=np.array([1, 3]))
     with pytest.raises(
         SkinError, match=r"pad\.txt: this format has no axes of taxels.*1 taxels with three axes.*\.csv"

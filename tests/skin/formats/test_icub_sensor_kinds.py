@@ -24,7 +24,7 @@ def layout_of(tmp_path, lines):
 
 
 @pytest.mark.parametrize("name", KINDS)
-def test_pads_are_apart_within_a_few_centimetres(name):
+def test_pads_are_distinct_and_within_a_few_centimetres(name):
     kind = KINDS[name]
     placed = np.isfinite(kind.pads[:, 0])
     assert len(kind.pads) % 12 == 0 or name == "quad16"
@@ -47,14 +47,14 @@ def test_left_and_right_hands_are_equal_or_mirror_images():
     np.testing.assert_allclose(left_pads * [-1, 1] + [0.0484, 0], right_pads, atol=1e-9)
 
 
-def test_triangles_are_symmetric_under_a_third_of_a_turn():
+def test_triangles_are_symmetric_under_rotation_by_120_degrees():
     for name in ("triangle", "triangle_10pad"):
         points = KINDS[name].pads[KINDS[name].felt] @ [1, 1j]
         turned = points * np.exp(2j * np.pi / 3)
         assert np.abs(turned[:, None] - points).min(axis=1).max() < 2e-5
 
 
-def test_a_palm_counts_as_four_boards_and_what_follows_is_ahead(tmp_path):
+def test_palm_counts_as_four_boards_and_later_numbers_are_shifted(tmp_path):
     layout = layout_of(tmp_path, HAND + "fingertip 9 0 0 0 4\n")
     assert layout.starts == {0: 0, 1: 12, 2: 24, 3: 36, 4: 48, 8: 96, 9: 144}
     assert layout.numbers.tolist() == [*range(60), *range(96, 156)]
@@ -68,7 +68,7 @@ def test_channels_without_a_pad_are_not_shown(tmp_path):
     assert np.isfinite(layout.points).all()
 
 
-def test_layout_number_one_counts_backwards_and_some_kinds_are_not_mirrored(tmp_path):
+def test_layout_number_one_reverses_the_order_and_some_kinds_are_not_mirrored(tmp_path):
     plain = layout_of(tmp_path, "fingertip 0 5 0 0 4 1 0\n")
     backwards = layout_of(tmp_path, "fingertip 0 5 0 0 4 1 1\n")
     np.testing.assert_array_equal(backwards.points, plain.points[::-1])
@@ -80,7 +80,7 @@ def test_layout_number_one_counts_backwards_and_some_kinds_are_not_mirrored(tmp_
 
 
 @pytest.mark.parametrize("ending", [".ini", ".json", ".csv", ".npz"])
-def test_a_hand_keeps_its_ids_and_places_through_every_format(tmp_path, ending):
+def test_hand_keeps_its_ids_and_positions_in_every_format(tmp_path, ending):
     layout = layout_of(tmp_path, HAND)
     if ending == ".ini":
         write_icub_layout(layout, tmp_path / "back.ini")
@@ -112,7 +112,7 @@ def test_only_triangles_are_checked_for_rotation(tmp_path):
 
 
 @needs_files
-def test_every_real_layout_is_read_whole():
+def test_every_real_layout_is_read_completely():
     """Against another count of the same files: their lines, each with as many pads as its kind has."""
     files = sorted(LAYOUTS.glob("*.ini"))
     assert len(files) == 49

@@ -70,7 +70,7 @@ def test_format_keeps_the_length_of_the_stream(tmp_path, ending):
     assert read_taxels(tmp_path / f"other{ending}").stream is None
 
 
-def test_contradictory_length_of_a_stream_is_refused(tmp_path):
+def test_contradictory_stream_length_is_rejected(tmp_path):
     path = tmp_path / "set.csv"
     path.write_text("x,y,z,id,stream\n0,0,0.1,4,384\n0.1,0,0,5,300\n0,0.1,0,6,384\n")
     with pytest.raises(SkinError, match=r"line 3, column stream: stream must be the same for all taxels.*384.*300"):
@@ -97,7 +97,7 @@ def test_invalid_further_ids_are_rejected_with_their_place(tmp_path, ending, pro
 
 
 @pytest.mark.parametrize("ending", [ending for ending in KEPT if ending != ".tsv"])
-def test_a_format_keeps_hard_ids(tmp_path, ending):
+def test_format_keeps_unusual_ids(tmp_path, ending):
     write_taxels(hard(), tmp_path / f"set{ending}")
     back = read_taxels(tmp_path / f"set{ending}")
     assert_equal(hard(), back, arrays=KEPT[ending], atol=0)
@@ -105,7 +105,7 @@ def test_a_format_keeps_hard_ids(tmp_path, ending):
     assert kinds(back.findings) == ({} if ending in (".csv", ".npz") else {"duplicate-number": 2})
 
 
-def test_positions_keep_ids_as_rows_and_say_what_they_cannot_hold(tmp_path):
+def test_positions_file_stores_ids_as_rows_and_reports_what_it_cannot_store(tmp_path):
     ids = np.array([1999, 3, 40, 41, 52, 55, 60, 61, 62, 63, 65, 12])
     write_taxels(dome(numbers=np.arange(12), ids=ids, modules=None), tmp_path / "set.txt")
     back = read_taxels(tmp_path / "set.txt")
@@ -119,7 +119,7 @@ def test_positions_keep_ids_as_rows_and_say_what_they_cannot_hold(tmp_path):
 
 
 @pytest.mark.parametrize("ending", [".csv", ".npz", ".json"])
-def test_a_format_keeps_names(tmp_path, ending):
+def test_format_keeps_names(tmp_path, ending):
     named = hard(names=tuple(f"thumb, cell {row // 2}" for row in range(12)))
     write_taxels(named, tmp_path / f"set{ending}")
     assert read_taxels(tmp_path / f"set{ending}").names == named.names
@@ -127,7 +127,7 @@ def test_a_format_keeps_names(tmp_path, ending):
     assert read_taxels(tmp_path / f"bare{ending}").names is None
 
 
-def test_names_survive_skin_and_map_and_find_their_taxels(tmp_path):
+def test_names_are_kept_by_skin_and_map_and_find_their_taxels(tmp_path):
     names = tuple("Tip" if row < 3 else f"cell {row}" for row in range(12))
     identity = TaxelIdentity(HARD, names=names)
     skin = identified()
@@ -144,13 +144,13 @@ def test_names_survive_skin_and_map_and_find_their_taxels(tmp_path):
 
 @pytest.mark.long
 @pytest.mark.parametrize("ending", [".csv", ".npz", ".urdf"])
-def test_a_skin_of_two_boards_keeps_what_each_states(tmp_path, ending):
+def test_skin_of_two_boards_keeps_the_ids_of_each(tmp_path, ending):
     write_taxels(identified(), tmp_path / f"skin{ending}")
     for back, taxels in zip(read_taxel_sets(tmp_path / f"skin{ending}"), taxel_sets(identified()), strict=True):
         assert_equal(taxels, back, arrays=KEPT[ending], atol=0)
 
 
-def test_a_skin_without_ids_is_written_with_its_running_numbers(tmp_path):
+def test_skin_without_ids_is_written_with_taxel_numbers(tmp_path):
     skin = skin_of(sheet(6, 5), taxels=4)
     for ending in (".csv", ".json", ".urdf"):
         write_taxels(skin, tmp_path / f"skin{ending}")
@@ -191,7 +191,7 @@ def test_npz_without_ids_uses_its_numbers_and_rejects_invalid_ones(tmp_path):
             read_taxel_npz(tmp_path / "t.npz")
 
 
-def test_genoa_leaves_out_a_module_that_not_every_taxel_states(tmp_path):
+def test_genoa_format_omits_modules_unless_every_taxel_has_one(tmp_path):
     write_taxels(hard(), tmp_path / "t.json")
     document = json.loads((tmp_path / "t.json").read_text())
     assert [document["skin"]["taxels"][0][key] for key in ("id", "module", "channel")] == [2147483647, 8, 7]
@@ -202,7 +202,7 @@ def test_genoa_leaves_out_a_module_that_not_every_taxel_states(tmp_path):
     assert kinds(taxels.findings) == {"duplicate-number": 2, "module-unknown": 11}
 
 
-def test_a_layout_finds_its_taxels_by_id():
+def test_layout_finds_its_taxels_by_id():
     taxels, layout = strip()
     turned = TaxelSet("strip", "arm", np.arange(len(taxels)), taxels.positions[::-1], ids=taxels.numbers[::-1])
     joined = apply_layout(turned, layout)
@@ -213,7 +213,7 @@ def test_a_layout_finds_its_taxels_by_id():
 
 @pytest.mark.long
 @pytest.mark.parametrize("ending", [".csv", ".npz", ".json"])
-def test_ids_survive_from_file_through_skin_and_map_to_file(tmp_path, ending):
+def test_ids_are_kept_from_file_through_skin_and_map_to_file(tmp_path, ending):
     """Through patches in another order than the file's, a map of them, and out again."""
     far = dome().positions + np.where(np.arange(12) < 4, 0.5, 0.0)[:, None]
     ids = 86999 + 13 * ((5 * np.arange(12)) % 12)

@@ -91,7 +91,7 @@ def test_skin_without_robot_becomes_a_fixed_body(files, name):
     assert (len(skin), robot.joints) == (30, ())
 
 
-def test_robot_that_states_taxels_gets_them(files):
+def test_taxels_stated_by_a_robot_are_used(files):
     path = str(files["robot_in_its_skin.urdf"])
     scene = scene_for(path)
     assert (scene.robot, scene.taxel_files) == (path, (path,))
@@ -163,7 +163,7 @@ def test_stated_areas_are_compared_with_the_cells(tmp_path, robot, links):
     assert 0.15 < share < 0.35
 
 
-def test_mistakes_on_the_command_line_are_named(capsys, files):
+def test_invalid_arguments_of_the_command_line_are_reported(capsys, files):
     with pytest.raises(UsageError, match="--link requires a skin file"):
         scene_from_arguments(build_parser().parse_args(["run", "--robot", "arm", "--link", "hand"]))
     assert run_command(["run", "--skin", "gone.csv", "--json"], windows={}) == 1
@@ -203,7 +203,7 @@ def test_several_files_are_merged_in_library_scene_and_command(halves, files, ro
         np.testing.assert_array_equal(np.sort(skin.identity.ids), np.sort(cylinder_taxels().ids))
 
 
-def test_links_that_several_files_lack_or_do_not_need_are_named(halves, robot):
+def test_missing_and_unneeded_links_of_several_files_are_reported(halves, robot):
     with pytest.raises(SkinError, match=r"second\.csv.*does not name its link"):
         TaxelFiles(halves).skin(robot)
     with pytest.raises(SkinError, match="2 links for 1 files without one"):

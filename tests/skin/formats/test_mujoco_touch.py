@@ -65,7 +65,7 @@ def test_touch_sites_become_taxels_numbered_as_their_sensors(tmp_path):
 
 
 @pytest.mark.long
-def test_a_free_body_with_a_touch_sensor_is_a_link_with_a_taxel(tmp_path):
+def test_free_body_with_a_touch_sensor_is_a_link_with_a_taxel(tmp_path):
     path = plate(tmp_path, sensors=True)
     path.write_text(path.read_text().replace("</sensor>", '<touch site="toy"/></sensor>'))
     skin = open_skin(path)
@@ -101,7 +101,7 @@ def test_tactile_sensor_with_three_normals_at_each_vertex_has_three_axes(tmp_pat
     assert not plain.three_axis.any()
 
 
-def test_left_handed_tactile_sensor_is_refused_by_name(tmp_path):
+def test_left_handed_tactile_sensor_is_rejected_by_name(tmp_path):
     with pytest.raises(SkinError, match="sensor s, taxel 0: the frame .* is left-handed .*Swap t1 and t2"):
         open_skin(with_frames(tmp_path, FRAME[[0, 2, 1]]))
 
@@ -123,7 +123,7 @@ def shell(folder, *, sensors="", other=""):
     return path
 
 
-def test_touch_sensors_stay_at_their_sites_where_the_mesh_is_missing(tmp_path):
+def test_touch_sensors_stay_at_their_sites_if_the_mesh_is_missing(tmp_path):
     skin = open_skin(shell(tmp_path))
     (patch,) = skin.patches
     assert patch.link == "arm"
@@ -150,7 +150,7 @@ def test_touch_sensors_beyond_the_other_shapes_stay_at_their_sites(tmp_path):
     assert (counts["stated-places"], counts["missing-mesh"], counts["taxel-distance"]) == (6, 1, 1)
 
 
-def test_a_touch_grid_does_not_look_at_the_placeholder_of_a_missing_mesh(tmp_path):
+def test_touch_grid_ignores_the_placeholder_of_a_missing_mesh(tmp_path):
     config = '<config key="size" value="3 3"/><config key="fov" value="30 30"/>'
     grid = f'<plugin name="g" plugin="mujoco.sensor.touch_grid" objtype="site" objname="eye">{config}</plugin>'
     skin = open_skin(shell(tmp_path, sensors=grid))
@@ -159,7 +159,7 @@ def test_a_touch_grid_does_not_look_at_the_placeholder_of_a_missing_mesh(tmp_pat
     assert reach == pytest.approx(np.full(9, 0.02))
 
 
-def test_a_tactile_sensor_with_a_missing_mesh_is_left_out(tmp_path):
+def test_tactile_sensor_with_a_missing_mesh_is_omitted(tmp_path):
     touch = '<touch name="t0" site="s0"/><tactile name="felt" geom="shell" mesh="shell"/>'
     skin = open_skin(shell(tmp_path, sensors=touch))
     assert len(skin) == 1
@@ -184,7 +184,7 @@ def test_touch_sensors_give_the_same_skin_through_every_interface(tmp_path):
     assert (found["kind"], found["taxels"], found["touch_sensors"][:2]) == ("robot with taxels", 10, ["t8", "t7"])
 
 
-def test_touch_sensors_need_their_own_robot(tmp_path):
+def test_touch_sensors_without_their_own_robot_are_rejected(tmp_path):
     path = plate(tmp_path, sensors=True)
     assert is_robot_with_taxels(path, kind_of(path))
     bare = plate(tmp_path / "bare", sensors=False)
@@ -205,12 +205,12 @@ def test_robot_is_covered_on_request_or_without_sensors(tmp_path):
     assert len(open_skin(plate(tmp_path, sensors=False), SkinOptions(PlacementSpec(taxels=20)))) == 20
 
 
-def test_sensors_of_another_link_alone_are_refused(tmp_path):
+def test_touch_sensors_only_on_another_link_are_rejected(tmp_path):
     with pytest.raises(SkinError, match="none of its touch sensors"):
         open_skin(plate(tmp_path, sensors=True), SkinOptions(links=("arm",)))
 
 
-def test_what_presses_a_taxel_is_read_by_its_sensor(tmp_path):
+def test_exported_sensor_reads_the_force_on_its_taxel(tmp_path):
     model = plate(tmp_path, sensors=True)
     assert main(["map", str(model), "-o", str(tmp_path / "out.xml")]) == 0
     skin = open_skin(model)
@@ -283,7 +283,7 @@ def test_tactile_sensor_of_mujoco_reads_the_speed_of_slip_and_no_traction(tmp_pa
 
 
 @pytest.mark.long
-def test_a_robot_of_meshes_is_written_with_its_meshes(tmp_path, monkeypatch):
+def test_robot_of_meshes_is_written_with_its_meshes(tmp_path, monkeypatch):
     assert main(["map", "arm", "--links", "hand", "--taxels", "30", "-o", str(tmp_path / "arm.xml")]) == 0
     monkeypatch.chdir("/")
     compiled = mujoco.MjModel.from_xml_path(str(tmp_path / "arm.xml"))
@@ -295,7 +295,7 @@ def test_a_robot_of_meshes_is_written_with_its_meshes(tmp_path, monkeypatch):
     assert list(again.patches[0].taxels.identity.ids) == list(range(30))
 
 
-def test_a_skin_of_another_robot_is_refused(tmp_path):
+def test_skin_of_another_robot_is_rejected(tmp_path):
     skin = open_skin(plate(tmp_path, sensors=True))
     other = tmp_path / "other.xml"
     other.write_text('<mujoco><worldbody><body name="b"><joint/><geom size="0.1"/></body></worldbody></mujoco>')
@@ -304,7 +304,7 @@ def test_a_skin_of_another_robot_is_refused(tmp_path):
     assert not (tmp_path / "out.xml").exists()
 
 
-def test_rays_that_would_take_too_long_are_refused(tmp_path, monkeypatch):
+def test_too_many_rays_are_rejected(tmp_path, monkeypatch):
     path = plate(tmp_path, sensors=False)
     grid = (
         '<sensor><plugin plugin="mujoco.sensor.touch_grid" objtype="site" objname="s4"><config key="size" value="9 9"/>'

@@ -14,7 +14,7 @@ def saved(tmp_path, **arrays):
     return tmp_path / "patch.npz"
 
 
-def test_plain_names_of_another_program_are_read(tmp_path):
+def test_plain_array_names_of_another_program_are_read(tmp_path):
     (taxels,) = read_taxel_npz(
         saved(tmp_path, positions=np.eye(3, dtype=np.float32), normals=2 * np.eye(3), other=np.ones(9))
     )
@@ -41,7 +41,7 @@ def test_plain_names_of_another_program_are_read(tmp_path):
         ({"positions": np.array([{}], dtype=object)}, "only arrays of numbers"),
     ],
 )
-def test_unsound_arrays_are_refused_by_name(tmp_path, arrays, problem):
+def test_invalid_arrays_are_rejected_by_name(tmp_path, arrays, problem):
     if problem is None:
         assert read_taxel_npz(saved(tmp_path, **arrays))[0].normals is None
     else:

@@ -107,7 +107,7 @@ def test_any_layout_reads_back(places):
 
 @examples(25)
 @given(st.lists(st.integers(0, 5), min_size=7, max_size=7), st.integers(0, 99))
-def test_any_confusion_of_modules_is_undone_or_at_least_untorn(states, seed):
+def test_any_confusion_of_modules_is_corrected_or_leaves_no_torn_module(states, seed):
     taxels, true = strip(7)
     wrong = IcubLayout("strip", tuple(reoriented(m, s) for m, s in zip(true.modules, states, strict=True)))
     candidates = propose_orientations(taxels, wrong, seed=seed)

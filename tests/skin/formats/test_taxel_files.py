@@ -52,7 +52,7 @@ def test_text_is_a_positions_file_or_a_table(tmp_path, text, link):
     assert taxels.link == link
 
 
-def test_several_links_must_be_chosen_from(tmp_path):
+def test_file_with_several_links_requires_a_choice(tmp_path):
     path = tmp_path / "skin.csv"
     write_taxels([dome(), dome(5, link="arm")], path)
     assert [taxels.link for taxels in read_taxel_sets(path)] == ["hand", "arm"]
@@ -75,7 +75,7 @@ def test_layout_alone_is_a_flat_skin(tmp_path):
 
 
 @pytest.mark.parametrize("ending", [".xlsx", ".ods"])
-def test_spreadsheet_is_refused_with_the_columns_to_save(tmp_path, ending):
+def test_spreadsheet_is_rejected_with_the_columns_to_save(tmp_path, ending):
     path = tmp_path / f"taxels{ending}"
     path.write_bytes(b"PK")
     with pytest.raises(SkinError, match=r"a spreadsheet cannot be opened.*CSV with the columns x_mm, y_mm, z_mm"):
@@ -93,7 +93,7 @@ POINTS = np.random.default_rng(3).uniform(0, 0.4, (120, 2))
 
 
 @pytest.mark.parametrize("ending", [".csv", ".npz", ".urdf"])
-def test_a_skin_on_several_links(tmp_path, ending):
+def test_skin_on_several_links_is_read(tmp_path, ending):
     write_taxels(SKIN, tmp_path / f"skin{ending}", points=POINTS)
     sets = read_taxel_sets(tmp_path / f"skin{ending}")
     assert [taxels.link for taxels in sets] == ["link 0", "link 1"]
@@ -106,7 +106,7 @@ def test_a_skin_on_several_links(tmp_path, ending):
 
 
 @pytest.mark.parametrize("ending", [".txt", ".json"])
-def test_formats_for_one_link_refuse_two(tmp_path, ending):
+def test_formats_for_one_link_reject_two(tmp_path, ending):
     with pytest.raises(SkinError, match=rf"skin\{ending}.*one link.*link 0, link 1.*\.csv, \.npz, \.urdf"):
         write_taxels(SKIN, tmp_path / f"skin{ending}")
     assert not list(tmp_path.iterdir())
@@ -119,7 +119,7 @@ def test_patches_of_one_link_are_one_set():
     np.testing.assert_array_equal(taxels.points, POINTS)
 
 
-def test_genoa_gets_a_mesh_over_the_taxels(tmp_path):
+def test_genoa_format_contains_a_mesh_over_the_taxels(tmp_path):
     tube = skin_of(frustum(along=16, around=32), taxels=150)
     write_taxels(tube, tmp_path / "tube.json")
     taxels = read_taxels(tmp_path / "tube.json")

@@ -50,7 +50,7 @@ def read(tmp_path, *changes, document=DOCUMENT):
     return read_unige(tmp_path / "skin.json")
 
 
-def test_the_skin_and_its_map(tmp_path):
+def test_skin_and_its_map_are_read(tmp_path):
     file = read(tmp_path)
     taxels = file.taxels
     assert (taxels.name, taxels.link, taxels.findings) == ("H01", "handle", ())
@@ -65,7 +65,7 @@ def test_the_skin_and_its_map(tmp_path):
     assert kinds(shown.findings) == {"not-on-map": 1}
 
 
-def test_the_older_form_without_maps(tmp_path):
+def test_older_format_without_maps_is_read(tmp_path):
     skin = {key: value for key, value in DOCUMENT["skin"].items() if key != "parent_frames"}
     skin["taxels"] = [skin["taxels"][:3], skin["taxels"][3:]]
     document = {"skin": skin | {"parent_frame": {"type": "ROS", "name": "tfh1"}}}
@@ -77,7 +77,7 @@ TURN = np.array([[0.0, -1, 0, 0.1], [1, 0, 0, 0.2], [0, 0, 1, -0.3], [0, 0, 0, 1
 
 
 @pytest.mark.parametrize("stated", [TURN.tolist(), TURN.T.ravel().tolist(), TURN.ravel().tolist()])
-def test_the_skin_s_pose_in_its_frame_is_applied(tmp_path, stated):
+def test_skin_s_pose_in_its_frame_is_applied(tmp_path, stated):
     file = read(tmp_path, ("skin", "parent_frames", 0, "tf_matrix", stated), ("skin", "taxels", 1, "n", [1, 0, 0]))
     np.testing.assert_allclose(file.taxels.positions[3], [0.1 - 0.02, 0.2 + 0.03, -0.3], atol=1e-12)
     np.testing.assert_allclose(file.taxels.normals[1], [0, 1, 0], atol=1e-12)
@@ -85,7 +85,7 @@ def test_the_skin_s_pose_in_its_frame_is_applied(tmp_path, stated):
     assert (note.kind, "rotated by 90.0 deg, moved by 374.2 mm" in note.action) == ("frame-transform", True)
 
 
-def test_a_rotation_with_few_digits_scales_nothing(tmp_path):
+def test_rotation_with_few_digits_does_not_scale(tmp_path):
     rounded = [0.7071, 0.7071, 0, 0, -0.7071, 0.7071, 0, 0, 0, 0, 1, 0, 0, 0, 0.024, 1]
     file = read(tmp_path, ("skin", "parent_frames", 0, "tf_matrix", rounded))
     sides = np.linalg.norm(file.taxels.positions - [0, 0, 0.024], axis=1)
@@ -108,7 +108,7 @@ def test_millimetres_are_recognised_with_a_finding(tmp_path):
     assert [(f.kind, f.count) for f in file.taxels.findings] == [("guessed-unit", 4), ("guessed-unit", 3)]
 
 
-def test_a_stated_unit_is_not_guessed(tmp_path):
+def test_stated_unit_is_not_guessed(tmp_path):
     places = [entry(n, [5.0 * k, 2.0 * (k % 2), 0]) for k, n in enumerate([31, 32, 33, 34])]
     for unit, metres in (("m", 1.0), ("mm", 1e-3)):
         file = read(tmp_path, ("info", "unit", unit), ("skin", "taxels", places[:2]), ("skin", "faces", []))
@@ -116,7 +116,7 @@ def test_a_stated_unit_is_not_guessed(tmp_path):
         assert "guessed-unit" not in kinds(file.taxels.findings)
 
 
-def test_a_single_map_needs_no_list(tmp_path):
+def test_single_map_may_be_given_without_a_list(tmp_path):
     file = read(tmp_path, ("tactile_maps", DOCUMENT["tactile_maps"][0]))
     assert (len(file.maps), file.maps[0].name, file.taxels.findings) == (1, "unrolled", ())
 
@@ -129,7 +129,7 @@ def test_a_single_map_needs_no_list(tmp_path):
         ([[0.0, 0.0, 0.01]], "a list"),
     ],
 )
-def test_json_of_unknown_layout_is_refused_with_columns_and_mapping_file(tmp_path, document, found):
+def test_json_of_unknown_layout_is_rejected_with_columns_and_mapping_file(tmp_path, document, found):
     path = tmp_path / "points.json"
     path.write_text(json.dumps(document))
     with pytest.raises(SkinError) as refused:
@@ -156,7 +156,7 @@ def test_map_without_a_skin_is_a_flat_skin_with_a_finding(tmp_path):
     assert "'unrolled'" in taxels.findings[0].action
 
 
-def test_a_flat_skin_looks_up_leaves_out_taxels_without_an_id_and_keeps_ids_that_repeat(tmp_path):
+def test_flat_skin_faces_up_without_taxels_lacking_an_id_and_with_repeated_ids(tmp_path):
     places = [entry(n, [10.0 * (k % 3), 7.0 * (k // 3)]) for k, n in enumerate([-1, 5, 6, 7, 5, 9])]
     alone = {"tactile_maps": [{"name": "m", "taxels": places, "faces": [[1, 4, 2], [0, 1, 3], [4, 5, 2]]}]}
     file = read(tmp_path, document=alone)
@@ -175,7 +175,7 @@ def test_a_flat_skin_looks_up_leaves_out_taxels_without_an_id_and_keeps_ids_that
     }
 
 
-def test_numbers_that_repeat_are_matched_in_their_order(tmp_path):
+def test_repeated_numbers_are_matched_in_order(tmp_path):
     ids = [7, 8, 7, 9]
     changes = [("skin", "taxels", k, "id", number) for k, number in enumerate(ids)]
     places = [entry(n, [0.1 * k, 0.0]) for k, n in enumerate([9, 7, 8, 7])]
@@ -188,7 +188,7 @@ def test_numbers_that_repeat_are_matched_in_their_order(tmp_path):
     assert read(tmp_path, *changes, ("tactile_maps", 0, "taxels", same)).maps[0].taxels.tolist() == [0, 1, 2]
 
 
-def test_a_taxel_that_no_board_reads_is_left_out_of_skin_and_map(tmp_path):
+def test_taxel_without_a_board_is_omitted_from_skin_and_map(tmp_path):
     file = read(tmp_path, ("skin", "taxels", 0, "id", -1), ("tactile_maps", 0, "taxels", 1, "id", -1))
     assert (file.taxels.ids.tolist(), file.taxels.numbers.tolist()) == ([32, 33, 34], [32, 33, 34])
     np.testing.assert_allclose(file.taxels.positions[:, 0], [0.01, 0.02, 0.03])
@@ -197,7 +197,7 @@ def test_a_taxel_that_no_board_reads_is_left_out_of_skin_and_map(tmp_path):
     assert kinds(file.taxels.findings) == {"taxel-without-id": 1, "unknown-taxel": 1}
 
 
-def test_a_taxel_on_both_sides_of_a_cut(tmp_path):
+def test_taxel_on_both_sides_of_a_cut_is_one_taxel(tmp_path):
     places = [entry(n, [0.1 * k, 0.0]) for k, n in enumerate([34, 31, 31])]
     file = read(tmp_path, ("tactile_maps", 0, "taxels", places))
     assert file.maps[0].taxels.tolist() == [3, 0, 0]
@@ -262,7 +262,7 @@ def test_every_other_defect_is_counted(tmp_path):
         (("tactile_maps", 0, "taxels", [entry(99, [0, 0])]), "does not have|none of the skin's taxels"),
     ],
 )
-def test_unsound_files_are_refused_with_their_place(tmp_path, change, problem):
+def test_invalid_files_are_rejected_with_their_place(tmp_path, change, problem):
     with pytest.raises(SkinError, match=rf"skin\.json.*({problem})"):
         read(tmp_path, change)
 

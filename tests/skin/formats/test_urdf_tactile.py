@@ -35,7 +35,7 @@ def test_taxels_are_placed_in_the_sensor_and_the_sensor_on_its_link(tmp_path):
     assert taxels.findings == ()
 
 
-def test_an_array_is_laid_out_by_rows_or_columns(tmp_path):
+def test_array_is_laid_out_by_rows_or_columns(tmp_path):
     (rows,) = read(tmp_path, sensor(ARRAY))
     mm = 1e3 * rows.positions
     np.testing.assert_allclose(mm, [[10 * r, 20 * c, 0] for r in range(2) for c in range(3)], atol=1e-12)
@@ -48,7 +48,7 @@ def test_an_array_is_laid_out_by_rows_or_columns(tmp_path):
         assert kinds(columns.findings) == {"array-offset": 1}
 
 
-def test_names_in_a_namespace_and_other_sensors(tmp_path):
+def test_namespaced_names_are_read_and_other_sensors_ignored(tmp_path):
     other = '<sensor name="camera"><parent link="hand"/><camera/></sensor>'
     (taxels,) = read(tmp_path, other, sensor(TAXEL + ARRAY), head='<robot xmlns="http://www.ros.org">')
     assert len(taxels) == 1
@@ -62,7 +62,7 @@ def test_sensors_of_one_link_are_joined_with_a_finding(tmp_path):
     assert kinds(hand.findings) == {"sensors-joined": 1, "duplicate-number": 6}
 
 
-def test_normals_are_none_if_not_stated(tmp_path):
+def test_missing_normals_stay_missing(tmp_path):
     (taxels,) = read(tmp_path, sensor('<taxel idx="0" xyz="0 0 1"/>'))
     assert taxels.normals is None
     (mixed,) = read(tmp_path, sensor('<taxel idx="9" xyz="0 0 1"/>'), sensor(ARRAY))
@@ -88,12 +88,12 @@ def test_normals_are_none_if_not_stated(tmp_path):
         ('<array rows="2" cols="3" size="1 1" order="zigzag"/>', "order must be.*zigzag"),
     ],
 )
-def test_broken_sensors_are_refused_by_name(tmp_path, inside, problem):
+def test_invalid_sensors_are_rejected_by_name(tmp_path, inside, problem):
     with pytest.raises(SkinError, match=rf"robot\.urdf.*{problem}|{problem}"):
         read(tmp_path, sensor(inside))
 
 
-def test_hostile_files_are_refused(tmp_path, monkeypatch):
+def test_hostile_files_are_rejected(tmp_path, monkeypatch):
     bomb = '<!DOCTYPE r [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;">]><robot name="&b;">'
     with pytest.raises(SkinError, match="document type"):
         read(tmp_path, sensor(TAXEL), head=bomb)
@@ -121,7 +121,7 @@ def test_round_trip_keeps_taxels(tmp_path):
         assert_equal(one, other, arrays=("numbers", "positions", "normals"))
 
 
-def test_every_direction_survives_the_turn_to_angles(tmp_path):
+def test_every_direction_is_restored_from_its_angles(tmp_path):
     axes = np.concatenate([np.eye(3), -np.eye(3), np.random.default_rng(0).normal(size=(30, 3))])
     normals = axes / np.linalg.norm(axes, axis=1, keepdims=True)
     taxels = dome(36, normals=normals)

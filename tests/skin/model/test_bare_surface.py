@@ -50,7 +50,7 @@ def area_facing(part, *direction):
 
 
 @pytest.mark.parametrize("finer", [1, 2])
-def test_bare_points_carry_the_area_that_the_skin_leaves(finer):
+def test_bare_points_have_the_area_not_covered_by_skin(finer):
     skin = bar_skin(60, finer=finer)
     (part,) = with_bare_points(bar(), skin).bare_points
     assert part.link == "bar"
@@ -64,13 +64,13 @@ def test_bare_points_carry_the_area_that_the_skin_leaves(finer):
     assert np.sqrt(part.areas.sum() / len(part.areas)) == pytest.approx(pitch, rel=0.4), "as dense as the skin"
 
 
-def test_skin_around_the_whole_link_leaves_nothing_bare():
+def test_skin_around_the_whole_link_leaves_no_bare_points():
     ball, cover = (solid(trimesh.creation.icosphere(4, radius)) for radius in (0.05, 0.053))
     skin = skin_of(cover)
     assert with_bare_points(robot_of(ball), skin) is skin
 
 
-def test_bare_points_follow_a_skin_that_moved():
+def test_bare_points_are_updated_for_a_displaced_skin():
     link = box(0.04, 0.04, 0.04)
     (patch,) = skin_of(plate((-0.01, 0.01), (-0.01, 0.01), 0.02)).patches
     moved = replace(patch, surface=Mesh(patch.surface.vertices + [0.005, 0.0, 0.0], patch.surface.faces))
@@ -82,7 +82,7 @@ def test_bare_points_follow_a_skin_that_moved():
 
 
 @pytest.mark.long
-def test_links_without_a_mesh_of_their_own_have_no_bare_points():
+def test_links_without_a_mesh_have_no_bare_points():
     skin = skin_of(plate((-0.02, 0.02), (-0.02, 0.02), 0.02))
     for robot in (robot_of(None), robot_of(box(0.04, 0.04, 0.04), missing=("block.stl",))):
         assert with_bare_points(robot, skin) is skin
@@ -99,7 +99,7 @@ def test_mesh_under_or_slightly_above_skin_is_not_bare(height):
 
 
 @pytest.mark.long
-def test_a_seam_between_patches_is_not_a_border():
+def test_seam_between_patches_is_not_a_border():
     whole = skin_of(plate((-0.04, 0.04), (-0.04, 0.04), 0.02))
     halves = skin_of(plate((-0.04, 0.0), (-0.04, 0.04), 0.02), plate((0.0, 0.04), (-0.04, 0.04), 0.02))
     one, two = (area_facing(bare_points(box(0.1, 0.1, 0.04), skin), 0, 0, 1) for skin in (whole, halves))
@@ -107,7 +107,7 @@ def test_a_seam_between_patches_is_not_a_border():
     assert two == pytest.approx(one, rel=0.01)
 
 
-def test_a_face_across_a_seam_is_covered():
+def test_face_across_a_seam_is_covered():
     """Its middle is on the seam."""
     vertices = np.array([[-0.006, -0.006, 0.02], [0.006, -0.006, 0.02], [0.0, 0.006, 0.02], [0.0, 0.0, 0.01]])
     pyramid = Mesh(vertices, np.array([[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]]))
@@ -117,7 +117,7 @@ def test_a_face_across_a_seam_is_covered():
 
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("end", [0.0, 0.001, 0.002, 0.003, 0.004, 0.005])
-def test_bare_area_ends_where_skin_begins_however_coarse_it_is(end):
+def test_bare_area_ends_at_the_skin_at_any_mesh_resolution(end):
     skin = skin_of(plate((-0.05, end), (-0.05, 0.05), 0.02, edge=1e-2), taxels=20)
     area = area_facing(bare_points(box(0.1, 0.1, 0.04), skin), 0, 0, 1)
     assert area == pytest.approx((0.05 - end) * 0.1, rel=1.5e-3)
@@ -155,7 +155,7 @@ def test_parts_inside_the_link_have_no_points():
 
 
 @pytest.mark.long
-def test_a_ledge_below_skin_that_overhangs_is_bare():
+def test_ledge_below_skin_that_overhangs_is_bare():
     bracket = joined(
         box(0.1, 0.1, 0.01), box(0.01, 0.1, 0.1, centre=(-0.045, 0, 0.045)), box(0.1, 0.1, 0.01, centre=(0, 0, 0.09))
     )
@@ -165,7 +165,7 @@ def test_a_ledge_below_skin_that_overhangs_is_bare():
 
 
 @pytest.mark.long
-def test_the_number_of_points_of_a_large_link_is_limited():
+def test_number_of_points_of_a_large_link_is_limited():
     skin = skin_of(plate((-0.01, 0.01), (-0.01, 0.01), 0.5, edge=5e-4))
     part = bare_points(box(1.0, 1.0, 1.0), skin)
     assert len(part.areas) < 60_000

@@ -30,7 +30,7 @@ def two_patches():
     return Skin((Patch("ball", "a", ball, place_evenly(ball, 5)), Patch("tube", "b", tube, place_evenly(tube, 7))))
 
 
-def test_taxels_are_numbered_through_the_patches():
+def test_taxels_are_numbered_consecutively_over_patches():
     skin = two_patches()
     assert len(skin) == 12
     assert skin.first.tolist() == [0, 5, 12]
@@ -39,7 +39,7 @@ def test_taxels_are_numbered_through_the_patches():
     assert (skin.patch_of[skin.neighbours[:, 0]] == skin.patch_of[skin.neighbours[:, 1]]).all()
 
 
-def test_a_taxel_is_a_surface_point_with_position_normal_and_link():
+def test_taxel_is_a_surface_point_with_position_normal_and_link():
     skin = two_patches()
     at = skin.taxel_point(6)
     assert (at.patch, skin.link(at)) == (1, "b")
@@ -47,7 +47,7 @@ def test_a_taxel_is_a_surface_point_with_position_normal_and_link():
     assert skin.normal(at) == pytest.approx(skin.patches[1].taxels.normals[1], abs=1e-12)
 
 
-def test_a_skin_without_patches_is_a_value_too():
+def test_skin_without_patches_is_valid():
     skin = Skin(())
     assert len(skin) == 0
     assert (skin.areas.shape, skin.neighbours.shape) == ((0,), (0, 2))

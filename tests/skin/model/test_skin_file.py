@@ -31,7 +31,7 @@ def changed(change):
     return pack_arrays(header, arrays)
 
 
-def test_round_trip_is_bitwise(tmp_path):
+def test_skin_is_restored_bit_for_bit(tmp_path):
     save_skin(skin(), tmp_path / "skin.npz")
     loaded = load_skin(tmp_path / "skin.npz")
     assert loaded.findings == skin().findings
@@ -77,12 +77,12 @@ def test_axes_and_tangents_need_version_5_and_are_kept():
         ({"1_tangents": np.ones((7, 3))}, "patch Röhre, tangents, row 0: a tangent is not of length one"),
     ],
 )
-def test_invalid_axes_in_a_file_are_refused_by_name(arrays, problem):
+def test_invalid_axes_in_a_file_are_rejected_by_name(arrays, problem):
     with pytest.raises(SkinError, match=f"hand.npz.*{problem}"):
         skin_from_bytes(changed(lambda _h, a: a.update(arrays)), file="hand.npz")
 
 
-def test_the_bare_area_is_kept(tmp_path):
+def test_bare_area_is_kept(tmp_path):
     save_skin(replace(skin(), bare_area=0.25), tmp_path / "skin.npz")
     assert load_skin(tmp_path / "skin.npz").bare_area == 0.25
     assert load_skin(tmp_path / "skin.npz").coverage < 1 == skin().coverage
@@ -94,25 +94,25 @@ def test_numpy_opens_it_without_pickles(tmp_path):
         assert data["1_positions"].shape == (7, 3)
 
 
-def test_a_skin_without_patches_survives():
+def test_skin_without_patches_is_restored():
     assert len(skin_from_bytes(skin_to_bytes(Skin(())))) == 0
 
 
-def test_a_missing_file_and_an_unwritable_place_are_named(tmp_path):
+def test_missing_file_and_an_unwritable_place_are_named(tmp_path):
     with pytest.raises(SkinError, match="nowhere.npz.*cannot be read"):
         load_skin(tmp_path / "nowhere.npz")
     with pytest.raises(SkinError, match="cannot be written"):
         save_skin(skin(), tmp_path / "no folder" / "skin.npz")
 
 
-def test_a_file_too_large_is_not_even_read(tmp_path, monkeypatch):
+def test_too_large_file_is_not_read(tmp_path, monkeypatch):
     save_skin(skin(), tmp_path / "skin.npz")
     monkeypatch.setattr(skin_file, "MAX_UNPACKED_BYTES", 10)
     with pytest.raises(SkinError, match="too large"):
         load_skin(tmp_path / "skin.npz")
 
 
-def test_too_many_taxels_are_refused(monkeypatch):
+def test_too_many_taxels_are_rejected(monkeypatch):
     monkeypatch.setattr(skin_file, "MAX_TAXELS", 11)
     with pytest.raises(SkinError, match="too many taxels"):
         skin_from_bytes(skin_to_bytes(skin()))
@@ -154,6 +154,6 @@ def test_too_many_taxels_are_refused(monkeypatch):
         (lambda _h, a: a.update({"1_ids": np.full(7, 2**31)}), "patch Röhre, ids, row 0.*above.*2147483648"),
     ],
 )
-def test_a_broken_skin_is_refused_by_name(change, problem):
+def test_invalid_skin_is_rejected_by_name(change, problem):
     with pytest.raises(SkinError, match=f"hand.npz.*{problem}"):
         skin_from_bytes(changed(change), file="hand.npz")

@@ -54,7 +54,7 @@ def test_mixed_skin_states_axes_and_tangents_of_each_taxel():
     np.testing.assert_array_equal(again.tangents, np.tile(skin.tangents, (2, 1)))
 
 
-def test_axes_that_are_all_one_and_tangents_that_are_all_missing_are_not_kept():
+def test_axes_that_are_all_one_and_tangents_that_are_all_missing_are_dropped():
     taxels = skin_of(sheet(4, 4), taxels=5).patches[0].taxels
     same = replace(taxels, axes=np.ones(5), tangents=np.full((5, 3), np.nan))
     assert (same.axes, same.tangents) == (None, None)

@@ -57,13 +57,13 @@ def test_invalid_identities_are_rejected(fields, problem):
         TaxelIdentity(**fields)
 
 
-def test_an_identity_of_other_taxels_is_refused():
+def test_identity_of_other_taxels_is_rejected():
     taxels = skin_of(frustum(), taxels=4).patches[0].taxels
     with pytest.raises(SkinError, match="another number of taxels.*3 of 4"):
         replace(taxels, identity=TaxelIdentity([1, 2, 3]))
 
 
-def test_words_and_ranges():
+def test_identities_are_described_by_words_and_ranges():
     assert str(TaxelName(87012, 14, 3)) == "id 87012, module 14, channel 3"
     assert (str(TaxelName(module=0)), str(TaxelName())) == ("module 0", "")
     assert number_ranges([3, 1, 2, 9, 2, 12, 13]) == "1-3, 9, 12-13"
@@ -74,7 +74,7 @@ def test_words_and_ranges():
     assert (identity_summary(NO_IDENTITY), identity_text({})) == ({}, "")
 
 
-def test_joining_leaves_out_what_one_part_lacks():
+def test_joining_drops_ids_that_one_part_lacks():
     joined = join_identities([TaxelIdentity([1], [2], [3]), TaxelIdentity([4], None, [6])])
     assert (joined.ids.tolist(), joined.modules, joined.channels.tolist()) == ([1, 4], None, [3, 6])
     assert not join_identities([]).known
@@ -93,7 +93,7 @@ def test_taxels_are_named_and_found_by_identity():
     assert generated.taxels_with_id(0).tolist() == []
 
 
-def test_a_calibration_error_and_a_merged_link_keep_it():
+def test_identity_is_kept_by_calibration_errors_and_merged_links():
     skin = two_patches()
     assert with_calibration_error(skin, 1e-3).taxels_with_id(87012).tolist() == [2]
     one_link = Skin(tuple(Patch(p.name, "arm", p.surface, p.taxels) for p in skin.patches))
@@ -110,7 +110,7 @@ def scattered(positions):
     return TaxelSet("s", "upper", np.arange(count), positions, ids=ids, modules=ids % 17, channels=ids % 12)
 
 
-def test_taxels_alone_keep_theirs_through_patches_and_merging():
+def test_identity_of_taxels_is_kept_by_reconstruction_and_merging():
     grid = np.stack(np.meshgrid(np.arange(5), np.arange(3), indexing="ij"), -1).reshape(-1, 2) * 0.004
     flat = np.column_stack([grid, np.zeros(len(grid))])
     # The smaller piece first, so that its taxels come later in the skin; one place twice.
@@ -125,7 +125,7 @@ def test_taxels_alone_keep_theirs_through_patches_and_merging():
     assert identity_text(identity_summary(found.skin.identity)).endswith(", 1 aliases")
 
 
-def test_taxels_fitted_to_a_link_keep_theirs():
+def test_identity_of_taxels_is_kept_by_fitting_to_a_link():
     angle, height = (grid.ravel() for grid in np.meshgrid(np.arange(0, 0.5, 0.15), [0.02, 0.1, 0.026, 0.106]))
     points = np.stack([0.04 * np.cos(angle), 0.04 * np.sin(angle), height], axis=1)
     taxels = scattered(points)

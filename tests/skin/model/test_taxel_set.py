@@ -39,12 +39,12 @@ def test_arrays_are_copied_and_read_only():
         ({"faces": np.zeros((2, 4))}, "faces.*rows or columns"),
     ],
 )
-def test_invalid_taxels_are_rejected_with_their_place(changes, problem):
+def test_invalid_taxels_are_rejected_with_their_number(changes, problem):
     with pytest.raises(SkinError, match=problem):
         dome(**changes)
 
 
-def test_a_selection_keeps_what_belongs_together():
+def test_selection_keeps_all_properties_of_a_taxel():
     points = dome().points.copy()
     points[4:] = np.nan
     taxels = dome(points=points, faces=np.array([[0, 1, 2], [1, 2, 5], [3, 2, 1]]))
@@ -63,7 +63,7 @@ def test_findings_are_added_not_replaced():
     assert kinds(taxels.findings) == {"a": 1, "b": 2}
 
 
-def test_repeated_numbers_give_way_to_the_order():
+def test_repeated_numbers_are_replaced_by_the_order():
     findings = []
     assert distinct_numbers([5, 9, 5, 5], "file", findings).tolist() == [0, 1, 2, 3]
     assert kinds(findings) == {"duplicate-number": 2}
@@ -71,7 +71,7 @@ def test_repeated_numbers_give_way_to_the_order():
     assert len(findings) == 1
 
 
-def test_normals_of_any_length_are_scaled_or_given_up():
+def test_normals_are_normalized_or_dropped_if_zero():
     findings = []
     normals = unit_normals(np.array([[0, 0, 1e-200], [1e200, 1e200, 0], [1.0, 0, 0]]), "file", findings)
     np.testing.assert_allclose(normals, [[0, 0, 1], [0.5**0.5, 0.5**0.5, 0], [1, 0, 0]], atol=1e-15)

@@ -26,7 +26,7 @@ def centres(mesh):
 
 
 @pytest.mark.parametrize("depth", [0.0002, 0.001, 0.004, 0.02])
-def test_a_core_inside_a_pad_cannot_be_touched_and_the_pad_is_unchanged(depth):
+def test_core_inside_a_pad_cannot_be_touched_and_the_pad_is_unchanged(depth):
     core = box(0.04, 0.04, 0.04)
     pad = box(*[0.04 + 2 * depth] * 3)
     inner, outer = touchable_surfaces([core, pad])
@@ -34,14 +34,14 @@ def test_a_core_inside_a_pad_cannot_be_touched_and_the_pad_is_unchanged(depth):
     assert outer is pad
 
 
-def test_a_shape_turned_inside_out_hides_as_well():
+def test_inside_out_shape_also_hides_others():
     pad = box(0.06, 0.06, 0.06)
     inner, outer = touchable_surfaces([box(0.04, 0.04, 0.04), Mesh(pad.vertices, pad.faces[:, ::-1])])
     assert inner is None
     assert outer is not None
 
 
-def test_shapes_apart_or_side_by_side_are_unchanged():
+def test_separate_and_adjacent_shapes_are_unchanged():
     meshes = [
         box(0.04, 0.04, 0.04),
         box(0.04, 0.04, 0.04, centre=(0.045, 0, 0)),
@@ -69,7 +69,7 @@ def test_faces_pressed_together_cannot_be_touched():
     assert centres(upper)[:, 2].min() > 0.02
 
 
-def test_a_core_in_the_cavity_of_a_hollow_pad_cannot_be_touched():
+def test_core_in_the_cavity_of_a_hollow_pad_cannot_be_touched():
     cavity = box(0.05, 0.05, 0.05)
     hollow = joined(box(0.06, 0.06, 0.06), Mesh(cavity.vertices, cavity.faces[:, ::-1]))
     inner, outer = touchable_surfaces([box(0.04, 0.04, 0.04), hollow])
@@ -79,7 +79,7 @@ def test_a_core_in_the_cavity_of_a_hollow_pad_cannot_be_touched():
 
 @pytest.mark.long
 @pytest.mark.parametrize("gap", [0.0, 0.0003])
-def test_a_rod_in_a_sleeve_can_be_touched_where_it_sticks_out(gap):
+def test_rod_in_a_sleeve_can_be_touched_where_it_protrudes(gap):
     inner, outer = touchable_surfaces([rod(0.01, 0.06), tube(0.01 + gap, 0.013, 0.03)])
     assert np.abs(centres(inner)[:, 2]).min() > 0.015 - 1e-3
     bore = np.linalg.norm(centres(outer)[:, :2], axis=1) < 0.0105
@@ -88,12 +88,12 @@ def test_a_rod_in_a_sleeve_can_be_touched_where_it_sticks_out(gap):
     assert (np.linalg.norm(centres(outer)[:, :2], axis=1) > 0.0125).any()
 
 
-def test_a_shape_that_is_stated_twice_can_be_touched():
+def test_duplicated_shape_can_be_touched():
     both = touchable_surfaces([box(0.04, 0.04, 0.04), box(0.04, 0.04, 0.04)])
     assert [surface.area for surface in both] == pytest.approx([6 * 0.04**2] * 2)
 
 
-def test_an_open_sheet_hides_nothing():
+def test_open_sheet_does_not_hide_other_shapes():
     sheet = Mesh(np.array([[-0.05, -0.05, 0], [0.05, -0.05, 0], [0.05, 0.05, 0], [-0.05, 0.05, 0]]),
                  np.array([[0, 1, 2], [0, 2, 3]]))  # fmt: skip
     core = box(0.04, 0.04, 0.04)

@@ -45,7 +45,7 @@ def test_row_is_the_same_strip_in_every_direction(up):
 
 
 @pytest.mark.parametrize("width", [0.005, 0.02, 0.1])
-def test_a_rim_wider_than_a_notch_is_drawn_in(width):
+def test_wide_rim_at_a_notch_does_not_fold_over(width):
     """Spokes on the two sides of a narrow notch would cross."""
     x = np.array([0, 0, 1, 1.4, 1.5, 1.6, 2, 3, 3]) * 0.01
     y = np.array([0, 2, 2, 2, 1, 2, 2, 2, 0]) * 0.01
@@ -53,7 +53,7 @@ def test_a_rim_wider_than_a_notch_is_drawn_in(width):
     assert (mesh.face_normals[:, 2] > 0).all()
 
 
-def test_the_rim_follows_each_taxels_own_plane():
+def test_rim_follows_each_taxels_own_plane():
     positions = np.array([[0, 0, 0], [0.01, 0, 0.002], [0.005, 0.01, 0.001]])
     normals = np.array([[0, 0, 1.0], [0.6, 0, 0.8], [0, 0, 1.0]])
     rim = extend_boundary(positions, normals, np.full(3, 0.004), np.array([0, 1, 2]), first=3)
@@ -95,7 +95,7 @@ def check(taxels):
     return skin
 
 
-def test_a_grid_is_one_patch_and_its_border_taxels_feel_as_much_as_the_others():
+def test_grid_is_one_patch_with_equal_areas_also_for_border_taxels():
     skin = check(taxel_set(grid(6, 5), link="forearm"))
     (patch,) = skin.patches
     assert (patch.name, patch.link) == ("pad", "forearm")
@@ -104,7 +104,7 @@ def test_a_grid_is_one_patch_and_its_border_taxels_feel_as_much_as_the_others():
     assert patch.surface.bounds[:, :2] == pytest.approx(np.array([[-0.005, -0.005], [0.055, 0.045]]))
 
 
-def test_neighbours_are_the_triangles_sides():
+def test_neighbours_are_connected_by_triangle_sides():
     skin = check(taxel_set(grid(4, 4)))
     pairs = skin.neighbours
     apart = np.linalg.norm(np.diff(skin.patches[0].taxels.positions[pairs], axis=1)[:, 0], axis=1)
@@ -112,12 +112,12 @@ def test_neighbours_are_the_triangles_sides():
     assert (np.isclose(apart, PITCH)).sum() == 2 * 4 * 3
 
 
-def test_parts_apart_are_patches_the_largest_first():
+def test_separate_parts_are_patches_sorted_by_size():
     skin = check(taxel_set(np.concatenate([grid(3, 3), grid(6, 5) + [0.2, 0, 0], grid(4, 4) - [0.2, 0, 0]])))
     assert [(patch.name, len(patch.taxels)) for patch in skin.patches] == [("pad", 30), ("pad 2", 16), ("pad 3", 9)]
 
 
-def test_a_lone_taxel_feels_a_small_disk():
+def test_isolated_taxel_covers_a_small_disc():
     skin = check(taxel_set([[0, 0, 0.1]]))
     assert kinds(skin.findings) == {"lone-taxel": 1, "guessed-outside": 1}
     assert skin.areas == pytest.approx(6 * np.sqrt(3) / 4 * LONE_TAXEL_RADIUS**2)
@@ -125,7 +125,7 @@ def test_a_lone_taxel_feels_a_small_disk():
 
 
 @pytest.mark.parametrize("count", [2, 3, 7])
-def test_a_row_is_one_strip(count):
+def test_row_is_one_strip(count):
     skin = check(taxel_set(np.outer(np.arange(count), [PITCH, 0, 0]) + [0, 0, 0.1]))
     assert len(skin.patches) == 1
     assert kinds(skin.findings)["taxel-row"] == 1
@@ -140,7 +140,7 @@ def test_row_next_to_a_patch_and_distant_taxel_are_kept():
     assert kinds(skin.findings)["lone-taxel"] == 1
 
 
-def test_taxels_at_one_place_become_one_and_are_counted():
+def test_coincident_taxels_are_merged_and_counted():
     points = grid(5, 5)
     taxels = taxel_set(np.concatenate([points, points[:7] + 4e-6]))
     skin = check(taxels)
@@ -155,7 +155,7 @@ def test_findings_of_the_file_are_passed_on():
     assert noticed in skin_from_taxels(taxel_set(grid(3, 3), findings=(noticed,))).findings
 
 
-def test_sound_faces_of_the_file_are_kept():
+def test_valid_faces_of_the_file_are_kept():
     faces = np.array([[0, 1, 2], [0, 2, 3]])
     # These would not be joined by default: the sides are far longer than their distances to others.
     corners = np.array([[0, 0, 0], [1, 0, 0], [1, 0.01, 0], [0, 0.01, 0.0]])
@@ -183,7 +183,7 @@ def test_invalid_faces_are_replaced_with_a_finding(faces, problem):
     assert np.array_equal(skin.neighbours, check(taxel_set(points)).neighbours)
 
 
-def test_faces_are_turned_to_where_the_normals_look():
+def test_faces_are_oriented_along_the_normals():
     down = np.tile([0, 0, -1.0], (4, 1))
     faces = np.array([[0, 1, 3], [0, 3, 2]])
     skin = check(taxel_set(grid(2, 2), faces=faces, normals=down))
@@ -191,7 +191,7 @@ def test_faces_are_turned_to_where_the_normals_look():
     assert skin.patches[0].taxels.normals == pytest.approx(down)
 
 
-def test_taxels_that_the_files_faces_leave_out_are_not_lost():
+def test_taxels_missing_in_the_faces_of_the_file_are_kept():
     skin = check(taxel_set(np.concatenate([grid(2, 2), [[0.05, 0, 0]]]), faces=np.array([[0, 1, 3], [0, 3, 2]])))
     assert sorted(len(patch.taxels) for patch in skin.patches) == [1, 4]
 
@@ -204,7 +204,7 @@ def test_inward_normals_of_a_file_are_kept():
     assert (inward.patches[0].taxels.normals * inward.patches[0].taxels.positions).sum(axis=1).max() < 0
 
 
-def test_the_same_set_gives_the_same_skin_and_its_scale_and_place_do_not_matter():
+def test_reconstruction_is_deterministic_and_invariant_to_scale_and_position():
     placed = place_evenly(frustum(), 150)
     taxels = taxel_set(placed.positions)
     one = skin_from_taxels(taxels)
@@ -215,7 +215,7 @@ def test_the_same_set_gives_the_same_skin_and_its_scale_and_place_do_not_matter(
     assert other.areas == pytest.approx(9 * one.areas, rel=1e-6)
 
 
-def test_too_many_separate_pieces_are_refused(monkeypatch):
+def test_too_many_separate_pieces_are_rejected(monkeypatch):
     positions = 0.5 * np.random.default_rng(0).random((40, 3))
     taxels = TaxelSet("far", None, np.arange(40), positions)
     pieces = len(reconstruct_skin(taxels).skin.patches)

@@ -26,7 +26,7 @@ def _agreement(found, true):
 @pytest.mark.parametrize(
     "surface", [sphere(), frustum(), frustum(0.05, 0.02), cap(1.2)], ids=["ball", "tube", "cone", "cap"]
 )
-def test_a_bent_surface_shows_its_outside_by_itself(surface):
+def test_outside_of_a_curved_surface_is_found_without_normals(surface):
     positions, true = _taxels(surface)
     found = estimate_normals(positions + 1.0)
     assert np.quantile(_agreement(found, true), 0.05) > np.cos(0.3)
@@ -35,7 +35,7 @@ def test_a_bent_surface_shows_its_outside_by_itself(surface):
     assert np.linalg.norm(found.normals, axis=1) == pytest.approx(1)
 
 
-def test_stated_normals_choose_the_side_and_no_more():
+def test_stated_normals_only_select_the_side():
     positions, true = _taxels(sphere())
     tilted = -true + 0.5 * np.array([0, 0, 1.0])
     tilted /= np.linalg.norm(tilted, axis=1, keepdims=True)
@@ -66,7 +66,7 @@ def test_implausible_normals_are_ignored_with_a_finding(stated, kind):
     assert np.array_equal(found.normals, estimate_normals(positions).normals)
 
 
-def test_common_normal_is_right_on_a_plane():
+def test_common_normal_is_correct_on_a_plane():
     positions, _ = _taxels(sheet())
     down = estimate_normals(positions, stated=np.tile([0.0, 0.0, -1.0], (len(positions), 1)))
     assert not down.findings
@@ -87,7 +87,7 @@ def test_separate_sheets_are_oriented_independently():
     assert np.array_equal(np.sign(estimate_normals(two).normals[:, 2]), np.repeat([1, -1], len(near)))
 
 
-def test_a_row_believes_what_is_stated():
+def test_row_of_taxels_uses_the_stated_normals():
     row = np.stack([0.01 * np.arange(5), np.zeros(5), np.full(5, 0.05)], axis=1)
     stated = np.tile([0.0, 1.0, 0.0], (5, 1))
     assert estimate_normals(row, stated=stated).normals == pytest.approx(stated)
@@ -115,7 +115,7 @@ def test_random_points_of_the_plane_get_the_delaunay_triangles_away_from_the_bor
 
 
 @pytest.mark.parametrize("gap", [0.026, 0.05])
-def test_a_gap_is_not_bridged(gap):
+def test_gap_is_not_bridged(gap):
     patch = hexagonal(6, 6)
     shift = np.array([patch[:, 0].max() + gap, 0, 0])
     faces = triangulate(np.concatenate([patch, patch + shift])).mesh.faces
@@ -123,7 +123,7 @@ def test_a_gap_is_not_bridged(gap):
     assert Connectivity(faces).components.max() == 1
 
 
-def test_a_sparse_and_a_dense_part_join_where_they_grade_into_each_other():
+def test_sparse_and_dense_parts_with_a_gradual_transition_are_joined():
     x = 0.01 * np.cumsum(1.15 ** np.arange(12))
     points = np.stack([*np.meshgrid(x, 0.02 * np.arange(8)), np.zeros((8, 12))], axis=-1).reshape(-1, 3)
     found = triangulate(points)
@@ -131,7 +131,7 @@ def test_a_sparse_and_a_dense_part_join_where_they_grade_into_each_other():
     assert len(np.unique(found.mesh.faces)) == len(points)
 
 
-def test_a_missing_taxel_is_spanned_and_a_real_hole_is_left():
+def test_missing_taxel_is_bridged_and_a_real_hole_is_kept():
     points = hexagonal(9, 9)
     middle = np.linalg.norm(points - points.mean(axis=0), axis=1)
     one = triangulate(np.delete(points, middle.argmin(), axis=0)).mesh
@@ -142,7 +142,7 @@ def test_a_missing_taxel_is_spanned_and_a_real_hole_is_left():
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_noise_and_clumps_still_give_a_surface(seed):
+def test_noisy_and_clustered_taxels_give_a_surface(seed):
     random = np.random.default_rng(seed)
     points = random.uniform(-0.05, 0.05, (150, 3)) * [1, 1, random.uniform(0, 1)]
     faces = triangulate(points).mesh.faces

@@ -140,7 +140,7 @@ def test_mirrored_loads_give_mirrored_readings_and_centres(model):
     assert first.link_position * [-1, 1, 1] == pytest.approx(second.link_position, abs=1e-9 * PITCH)
 
 
-def test_every_face_is_shared_out_whole():
+def test_shares_of_every_face_add_up_to_its_area():
     surface = irregular_sheet(2)
     points = np.random.default_rng(2).uniform(-HALF, HALF, (60, 3)) * [1, 1, 0]
     taxels = placed(surface, points)
@@ -150,7 +150,7 @@ def test_every_face_is_shared_out_whole():
     assert len(taxels.quadrature.areas) > len(surface.faces)
 
 
-def test_taxels_at_one_place_share_their_cell_evenly():
+def test_coincident_taxels_share_their_cell_equally():
     surface = mirrored_sheet()
     points = np.concatenate([square(), square()[[44]]])
     owner = cKDTree(square()).query(surface.face_centres)[1].astype(np.int64)
@@ -160,7 +160,7 @@ def test_taxels_at_one_place_share_their_cell_evenly():
     assert taxels.areas[[44, 100]] == pytest.approx(PITCH**2 / 2, rel=1e-9)
 
 
-def test_a_face_in_the_plane_between_two_taxels_is_shared_evenly():
+def test_face_equidistant_from_two_taxels_is_shared_equally():
     """A ridge: two slopes with a taxel each, and a wall between them on which both are equally far."""
     vertices = np.array([(0, 0, 0), (0, 2, 0), (0, 0, 1), (0, 2, 1), (-1, 1, 0), (1, 1, 0)], float)
     surface = Mesh(vertices, np.array([(0, 1, 3), (0, 3, 2), (0, 4, 1), (0, 1, 5)]))
@@ -182,7 +182,7 @@ def test_cells_are_the_same_whether_faces_are_cut_at_once_or_in_blocks(monkeypat
     assert in_blocks.quadrature.areas == pytest.approx(at_once.quadrature.areas, rel=1e-12)
 
 
-def test_a_taxel_that_the_cut_leaves_nothing_gets_half_of_its_faces():
+def test_taxel_left_without_area_by_the_cut_gets_half_of_its_faces():
     surface = mirrored_sheet()
     points = square()
     owner = cKDTree(points).query(surface.face_centres)[1].astype(np.int64)
@@ -206,7 +206,7 @@ def test_cells_stay_on_their_side_of_a_thin_plate():
     assert (np.sign(parts.positions[:, 2]) == np.sign(points[parts.taxel, 2])).all()
 
 
-def test_a_taxel_that_owns_few_faces_is_a_neighbour_of_those_around_it():
+def test_taxel_with_few_faces_is_a_neighbour_of_surrounding_taxels():
     taxels = PLACES["one tiny taxel"]().prepared.skin.patches[0].taxels
     around = {(1, 2), (1, 3), (2, 4), (3, 4)}
     assert {tuple(pair) for pair in taxels.neighbours.tolist()} == around | {(0, other) for other in (1, 2, 3, 4)}

@@ -23,7 +23,7 @@ from tactile_maps.skin.taxel_placement.sampling import place_evenly
 from tests.support.surfaces import cap, frustum, sheet
 
 
-def test_a_step_over_the_border_is_not_sound():
+def test_step_over_the_border_is_rejected():
     flat = sheet()
     starts = np.tile(flat.vertices[flat.faces[0]].mean(axis=0), (2, 1))
     faces = np.zeros(2, dtype=int)
@@ -31,7 +31,7 @@ def test_a_step_over_the_border_is_not_sound():
     assert step_along_surface(flat, ClosestPoint(flat), starts, faces, steps, 0.02)[2].tolist() == [False, True]
 
 
-def test_a_step_through_a_thin_wall_is_not_sound():
+def test_step_through_a_thin_wall_is_rejected():
     tube = frustum(0.004, 0.004, length=0.1)
     start = tube.vertices[tube.faces[700]].mean(axis=0)[None]
     across = -(start * [[1, 1, 0]]) / np.linalg.norm(start[0, :2])
@@ -70,7 +70,7 @@ def test_pattern_on_a_tube_has_one_seam():
 
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("shape", [frustum(around=72), sheet(shape=lambda x, y: 3 * x * y)], ids=["tube", "saddle"])
-def test_hexagonal_pattern_has_more_six_neighbour_taxels_than_even_placement(shape):
+def test_hexagonal_pattern_has_more_taxels_with_six_neighbours_than_even_placement(shape):
     surface = _fine(shape)
     count = round(surface.area / (LATTICE_PITCH**2 * np.sqrt(3) / 2))
     lattice = place_lattice(surface, count, LATTICE_PITCH, allowed=_everywhere(surface), seed=1)
@@ -112,7 +112,7 @@ def _placed(surface, **more):
     return surface, place_modules(surface, PAD_PITCH, allowed=allowed, seed=more.get("seed", 0))
 
 
-def test_the_pattern_is_icubs():
+def test_module_pattern_matches_icub():
     """The pads of iCubSkinGui's ``triangle_10pad``, in its units of about a fortieth of a millimetre."""
     x = np.array([257.2, 385.83, 128.62, 0, -128.62, -385.83, -257.2, -128.62, 0, 128.62])
     y = np.array([0, -222.83, -222.83, 0, -222.83, -222.83, 0, 222.83, 445.54, 222.83])
@@ -121,7 +121,7 @@ def test_the_pattern_is_icubs():
 
 
 @pytest.mark.long
-def test_on_a_plane_modules_keep_their_shape_and_do_not_overlap():
+def test_modules_on_a_plane_keep_their_shape_and_do_not_overlap():
     surface, taxels = _placed(sheet(width=0.3, height=0.2))
     modules = taxels.positions.reshape(-1, 10, 3)
     tiles = surface.area / (np.sqrt(3) / 4 * (TILE_SIDE * PAD_PITCH) ** 2)
@@ -138,7 +138,7 @@ def test_on_a_plane_modules_keep_their_shape_and_do_not_overlap():
 
 @pytest.mark.long
 @pytest.mark.parametrize("surface", [frustum(around=72, length=0.15), cap(1.2, radius=0.1)], ids=["tube", "cap"])
-def test_on_a_bent_surface_pads_stay_apart_and_three_quarters_are_covered(surface):
+def test_pads_on_a_curved_surface_do_not_overlap_and_cover_three_quarters(surface):
     surface, taxels = _placed(surface)
     away = cKDTree(taxels.positions).query(taxels.positions, k=2)[0][:, 1]
     assert away.min() > 0.7 * PAD_PITCH
@@ -159,7 +159,7 @@ def test_no_pad_is_on_an_excluded_face():
 
 
 @pytest.mark.long
-def test_the_same_seed_gives_the_same_modules():
+def test_same_seed_gives_the_same_modules():
     one, two, other = (_placed(sheet(), seed=seed)[1].positions for seed in (4, 4, 5))
     assert np.array_equal(one, two)
     assert one.shape != other.shape or not np.array_equal(one, other)

@@ -59,12 +59,12 @@ def test_invalid_placements_are_rejected(requested, problem):
         lambda: BoundaryZone(-1.0),
     ],
 )
-def test_zones_without_a_meaning_are_refused(make):
+def test_invalid_zones_are_rejected(make):
     with pytest.raises(SkinError):
         make()
 
 
-def test_values_are_frozen():
+def test_placement_and_zones_are_immutable():
     density = np.ones(3)
     spec = PlacementSpec(taxels=3, density=density)
     density[0] = 9
@@ -97,7 +97,7 @@ def placed(surface, **requested):
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("pattern", ["even", "hexagonal"])
 @pytest.mark.parametrize("surface", [COARSE, frustum(), sphere()], ids=["sheet", "tube", "ball"])
-def test_a_pitch_is_kept(surface, pattern):
+def test_spacing_matches_the_requested_pitch(surface, pattern):
     mesh, taxels = placed(surface, pitch=0.009, pattern=pattern)
     assert len(taxels) == round(mesh.area / (HEXAGON_AREA * 0.009**2))
     assert taxels.areas.sum() == pytest.approx(mesh.area, rel=1e-12)
@@ -169,14 +169,14 @@ def test_painted_density_is_transferred_to_the_divided_surface():
 @pytest.mark.parametrize(
     "requested", [{"taxels": 60}, {"taxels": 60, "pattern": "hexagonal"}], ids=["even", "hexagonal"]
 )
-def test_the_same_seed_gives_the_same_taxels_bit_for_bit(requested):
+def test_same_seed_gives_the_same_taxels_bit_for_bit(requested):
     one, two, other = (placed(frustum(), seed=seed, **requested)[1] for seed in (3, 3, 4))
     for name in ("positions", "areas", "neighbours", "faces"):
         assert np.array_equal(getattr(one, name), getattr(two, name))
     assert not np.array_equal(one.positions, other.positions)
 
 
-def test_a_surface_of_one_triangle():
+def test_single_triangle_surface_gets_taxels():
     triangle = Mesh(0.01 * np.eye(3), np.array([[0, 1, 2]]))
     assert len(place_taxels(triangle, PlacementSpec(taxels=1))) == 1
     for pattern in ("even", "hexagonal"):
@@ -185,12 +185,12 @@ def test_a_surface_of_one_triangle():
         assert taxels.areas.sum() == pytest.approx(mesh.area)
 
 
-def test_a_pitch_larger_than_the_surface_gives_one_taxel():
+def test_pitch_larger_than_the_surface_gives_one_taxel():
     mesh, taxels = placed(sphere(), pitch=0.5)
     assert taxels.areas == pytest.approx([mesh.area])
 
 
-def test_a_surface_too_coarse_is_refused_with_a_remedy():
+def test_too_coarse_surface_is_rejected_with_a_remedy():
     with pytest.raises(SkinError, match=r"too coarse.*Divide"):
         place_taxels(COARSE, PlacementSpec(pitch=0.002))
 
@@ -205,7 +205,7 @@ SAMPLES = np.einsum("sc,mcd->msd", SHARES, CORNERS)  # many points of each face
 
 @pytest.mark.parametrize("height", [0.0, 0.006])
 @pytest.mark.parametrize("radius", [0.001, 0.01, 0.03])
-def test_a_ball(radius, height):
+def test_faces_within_a_sphere_zone_are_excluded(radius, height):
     centre = np.array([0.0511, 0.0377, height])
     kept = allowed_faces(SHEET, [SphereZone(centre, radius)])
     away = np.linalg.norm(SAMPLES - centre, axis=2).min(axis=1)
@@ -213,11 +213,11 @@ def test_a_ball(radius, height):
     assert kept[away > radius + 0.2 * EDGE].all()
 
 
-def test_a_ball_smaller_than_a_face_still_takes_it():
+def test_sphere_zone_smaller_than_a_face_excludes_it():
     assert (~allowed_faces(SHEET, [SphereZone(MIDDLES[100], 1e-6)])).sum() == 1
 
 
-def test_a_box():
+def test_faces_within_a_box_zone_are_excluded():
     low = np.array([0.02, 0.03, -1.0])
     high = np.array([0.0601, 0.05, 1.0])
     kept = allowed_faces(SHEET, [BoxZone(low, high)])
@@ -229,17 +229,17 @@ def test_a_box():
     assert kept[((middles < low - EDGE) | (middles > high + EDGE)).any(axis=1)].all()
 
 
-def test_a_strip_along_the_border():
+def test_faces_within_a_border_strip_are_excluded():
     kept = allowed_faces(SHEET, [BoundaryZone(0.0149)])
     edge = np.minimum(CORNERS[:, :, :2], [0.12, 0.08] - CORNERS[:, :, :2]).min(axis=(1, 2))
     assert np.array_equal(kept, edge >= 0.0149)
 
 
-def test_a_closed_surface_has_no_border_to_keep_from():
+def test_border_zone_excludes_nothing_on_a_closed_surface():
     assert allowed_faces(sphere(), [BoundaryZone(0.5)]).all()
 
 
-def test_paint():
+def test_faces_at_painted_vertices_are_excluded():
     marked = np.zeros(len(SHEET.vertices), dtype=bool)
     marked[30] = True
     kept = allowed_faces(SHEET, [PaintedZone(marked)])
@@ -248,7 +248,7 @@ def test_paint():
         allowed_faces(SHEET, [PaintedZone(marked[1:])])
 
 
-def test_zones_add_up_and_may_not_take_all():
+def test_zones_are_combined_and_must_leave_some_surface():
     one = SphereZone(MIDDLES[0], 0.01)
     other = SphereZone(MIDDLES[-1], 0.02)
     both = allowed_faces(SHEET, [one, other])
@@ -257,19 +257,19 @@ def test_zones_add_up_and_may_not_take_all():
         allowed_faces(SHEET, [SphereZone(np.zeros(3), 1.0)])
 
 
-def test_curvature_of_a_ball_a_tube_and_a_plane():
+def test_curvature_is_correct_for_ball_tube_and_plane():
     assert curvature(sphere(radius=0.05, subdivisions=4)) * 0.05 == pytest.approx(np.sqrt(2), rel=0.07)
     assert curvature(frustum(0.04, 0.04, around=72)) * 0.04 == pytest.approx(1, rel=0.01)
     assert curvature(sheet()) == pytest.approx(0)
 
 
-def test_density_does_not_depend_on_size():
+def test_density_does_not_depend_on_the_size_of_the_surface():
     small = cup(2)
     large = Mesh(10 * small.vertices, small.faces)
     assert curvature_density(large, over=0.1) == pytest.approx(curvature_density(small, over=0.01))
 
 
-def test_the_rim_of_a_cup_is_denser_than_its_flat_bottom():
+def test_rim_of_a_cup_is_denser_than_its_flat_bottom():
     surface = cup(3)
     density = curvature_density(surface, over=0.004)
     radius = np.linalg.norm(surface.vertices[:, :2], axis=1)
@@ -280,11 +280,11 @@ def test_the_rim_of_a_cup_is_denser_than_its_flat_bottom():
 
 
 @pytest.mark.parametrize("surface", [sheet(), Mesh(0.01 * np.eye(3), np.array([[0, 1, 2]]))], ids=["sheet", "triangle"])
-def test_flat_surface_has_even_density(surface):
+def test_flat_surface_has_uniform_density(surface):
     assert curvature_density(surface, over=0.01) == pytest.approx(1)
 
 
-def test_paint_is_averaged_over_faces_and_must_fit():
+def test_paint_is_averaged_over_faces_and_its_length_checked():
     surface = sheet()
     painted = 1.0 + np.arange(len(surface.vertices))
     found = face_density(surface, PlacementSpec(taxels=5, density=painted), pitch=0.01)
@@ -294,7 +294,7 @@ def test_paint_is_averaged_over_faces_and_must_fit():
         face_density(surface, PlacementSpec(taxels=5, density=painted[1:]), pitch=0.01)
 
 
-def test_needles_are_cut_into_no_more_faces_than_taxels_need():
+def test_needle_shaped_faces_are_refined_only_as_far_as_taxels_require():
     needle = spiked(1e5)
     mesh, taxels = placed(needle, taxels=100)
     assert len(taxels) == 100

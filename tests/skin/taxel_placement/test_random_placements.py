@@ -38,7 +38,9 @@ SURFACES = (
     radius=st.floats(1e-3, 0.04),
     seed=st.integers(0, 9),
 )
-def test_a_placement_has_its_number_feels_all_it_may_and_nothing_else(surface, taxels, pattern, centre, radius, seed):
+def test_placement_has_the_requested_number_and_covers_exactly_the_allowed_surface(
+    surface, taxels, pattern, centre, radius, seed
+):
     zone = SphereZone(centre, radius)
     requested = PlacementSpec(taxels=taxels, pattern=pattern, keep_out=(zone,), seed=seed)
     try:
@@ -65,7 +67,7 @@ places = hnp.arrays(
 @pytest.mark.long
 @examples(60)
 @given(places=places, flat=st.integers(0, 2), jitter=st.sampled_from([0.0, 1e-7, 1e-4]), seed=st.integers(0, 99))
-def test_any_cloud_becomes_a_skin_that_keeps_every_taxel(places, flat, jitter, seed):
+def test_any_point_cloud_becomes_a_skin_with_every_taxel(places, flat, jitter, seed):
     points = places * (np.arange(3) >= flat) + jitter * np.random.default_rng(seed).normal(size=places.shape)
     built = reconstruct_skin(TaxelSet("cloud", None, np.arange(len(points)), points))
     at = np.concatenate([patch.taxels.positions for patch in built.skin.patches])

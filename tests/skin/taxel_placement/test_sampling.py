@@ -20,12 +20,12 @@ CENTRES = BALL.face_centres
 
 
 @pytest.mark.parametrize("count", [0, len(BALL.faces) + 1])
-def test_more_taxels_than_faces_are_refused(count):
+def test_more_taxels_than_faces_are_rejected(count):
     with pytest.raises(SkinError, match="too coarse"):
         place_evenly(BALL, count)
 
 
-def test_cells_end_where_their_reach_ends():
+def test_cells_end_at_their_reach():
     owner = geodesic_voronoi(face_graph(BALL), np.array([0]), reach=0.03)
     away = np.linalg.norm(CENTRES - CENTRES[0], axis=1)
     assert (away[owner == 0] < 0.03).all()
@@ -33,7 +33,7 @@ def test_cells_end_where_their_reach_ends():
     assert (owner[away < 0.015] == 0).all()
 
 
-def test_straightening_brings_cells_closer_to_their_taxels_and_empties_none():
+def test_relaxation_brings_cells_closer_to_their_taxels_and_empties_none():
     seeds = np.random.default_rng(0).choice(len(CENTRES), 40, replace=False)
     rough = geodesic_voronoi(face_graph(BALL), seeds)
     straight = straighten_cells(BALL, CENTRES[seeds], rough, seeds)
@@ -46,7 +46,7 @@ def test_straightening_brings_cells_closer_to_their_taxels_and_empties_none():
     assert away(straight) < away(rough)
 
 
-def test_faces_without_owner_belong_to_no_cell():
+def test_faces_without_an_owner_belong_to_no_cell():
     owner = np.where(CENTRES[:, 2] > 0, 0, -1)
     taxels = taxels_at_points(BALL, np.array([[0, 0, 0.2]]), owner)
     assert taxels.areas == pytest.approx([BALL.face_areas[owner == 0].sum()])

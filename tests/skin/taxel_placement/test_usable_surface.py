@@ -20,12 +20,12 @@ from tests.hard_cases.meshes import HARD_MESHES
 VOXEL = 0.008
 
 
-def test_a_ball_alone_is_seen_everywhere():
+def test_single_ball_is_visible_everywhere():
     ball = wrap_mesh(HARD_MESHES["sphere"], thickness=0.01, voxel=VOXEL).surface
     assert visible_from_outside(ball, [], voxel=VOXEL).all()
 
 
-def test_the_middle_of_a_long_tube_is_seen_outside_only():
+def test_middle_of_a_long_tube_is_visible_only_outside():
     tube = Mesh(HARD_MESHES["open tube"].vertices * [0.6, 0.6, 1], HARD_MESHES["open tube"].faces)
     surface = wrap_mesh(tube, thickness=0.004, voxel=0.006).surface
     seen = visible_from_outside(surface, [], voxel=0.006)
@@ -53,7 +53,7 @@ BALL = wrap_mesh(HARD_MESHES["sphere"], thickness=0.01, voxel=0.008).surface
 HEIGHT = BALL.vertices[:, 2]
 
 
-def test_clear_of_keeps_the_distance():
+def test_clear_vertices_have_the_required_distance():
     post = Mesh(HARD_MESHES["cube"].vertices * 0.2 + [0, 0, 0.13], HARD_MESHES["cube"].faces)
     clear = vertices_clear_of(BALL, [(Pose.identity(), post)], distance=0.03)
     assert 0 < (~clear).sum() < len(clear) / 4
@@ -65,7 +65,7 @@ def test_vertices_deep_inside_another_link_are_not_clear():
     assert not vertices_clear_of(BALL, [(Pose.identity(), around)], distance=0.001).any()
 
 
-def test_a_belt_is_one_tube_with_smooth_borders():
+def test_belt_is_one_tube_with_smooth_borders():
     usable = np.abs(HEIGHT) < 0.05
     (belt,) = usable_components(BALL, usable, smallest=0.0, largest_hole=0.0)
     assert belt.connectivity.euler_characteristic == 0
@@ -83,7 +83,7 @@ def test_pieces_are_sorted_by_size_and_small_ones_dropped():
     assert only.area == both[0].area
 
 
-def test_small_holes_are_filled_and_large_ones_stay():
+def test_small_holes_are_filled_and_large_ones_kept():
     usable = HEIGHT < 0.105
     hole = BALL.face_areas[~usable[BALL.faces].all(axis=1)].sum()
     assert hole > 0
@@ -95,7 +95,7 @@ def test_small_holes_are_filled_and_large_ones_stay():
 
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("seed", range(5))
-def test_a_ragged_choice_still_gives_simple_loops(seed):
+def test_ragged_selection_gives_simple_border_loops(seed):
     usable = np.random.default_rng(seed).random(len(BALL.vertices)) < 0.9
     pieces = usable_components(BALL, usable, smallest=0.0, largest_hole=0.0)
     assert pieces

@@ -17,7 +17,7 @@ def silent(_text, _fraction):
     return
 
 
-def test_stages_of_an_instant_are_timed_under_a_finger():
+def test_stages_of_a_tick_are_timed_under_a_finger():
     bar = prepared_bar(hinged=True)
     spent = tick_ms(bar, {"integrator": "euler", "timestep": 0.0005}, ticks=5)
     assert spent["physics"] > 0

@@ -52,7 +52,7 @@ def total(options):
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_no_combination_is_better(seed):
+def test_no_combination_is_better_than_the_proposal(seed):
     options = random_options(seed)
     costs = [total(chosen) for chosen in itertools.product(*options.values())]
     middle = [float(np.median([getattr(cost, name) for cost in costs])) for name in ("milliseconds", "millimetres")]
@@ -78,7 +78,7 @@ def test_no_combination_is_better(seed):
         ((math.inf,), "positive"),
     ],
 )
-def test_limits_that_mean_nothing_are_refused(limits, problem):
+def test_meaningless_limits_are_rejected(limits, problem):
     with pytest.raises(BudgetError, match=problem):
         Budget(*limits)
 
@@ -110,7 +110,7 @@ def test_only_settings_that_work_and_that_a_scene_can_have_are_options():
     assert options_of("touch", [narrow], tick=TICK, force=FORCE) == ()
 
 
-def test_dominated_settings_are_no_options():
+def test_dominated_settings_are_not_options():
     errors = {"place_mm": 1.0, "force_percent": 1.0, "depth_percent": 1.0}
     slow = trial("touch", "slow", 2.0, errors=errors)
     quick = trial("touch", "quick", 1.0, errors=errors)

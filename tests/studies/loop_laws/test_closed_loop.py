@@ -29,7 +29,7 @@ def test_ideal_joints_follow_the_recursion_after_a_step():
 
 
 @pytest.mark.long
-def test_fast_posture_loop_does_nearly_the_same():
+def test_fast_posture_loop_gives_nearly_the_ideal_response():
     hard = 2e4
     servo = 4.0 * 400.0**2
     ideal = raised(Loop(period=0.25, stiffness=hard), 0.3 / (hard * 0.25))
@@ -40,7 +40,7 @@ def test_fast_posture_loop_does_nearly_the_same():
 @pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("servo", [IDEAL, 40.0])
-def test_sliding_the_plate_moves_the_contact_the_other_way_on_the_map(servo):
+def test_sliding_the_plate_moves_the_contact_in_the_opposite_direction_on_the_map(servo):
     loop = Loop(period=0.1, servo=servo, ticks=5, stretch=2.0)
     settings = ControlSettings(controller="hybrid", task="hold_point", path=((0.004, -0.002),), force_gain=1e-4)
     loop_run = run_loop(loop, lambda _: settings, 40)

@@ -19,7 +19,7 @@ def row(theory, measured, *, predicted=1.0, delay=1, x=0.0, seed=0):
 
 
 @pytest.mark.parametrize(("times", "verdict"), [(1.05, Verdict.HELD), (1.2, Verdict.NOT_HELD)])
-def test_settling_is_held_to_a_tenth_where_readings_are_late(times, verdict):
+def test_settling_with_delayed_readings_must_match_within_ten_percent(times, verdict):
     rows = [row("settling", times * 6.4 * (delay + 0.5) * PERIOD, delay=delay) for delay in (1, 2, 3)]
     rows.append(row("settling", PERIOD, delay=0))
     assert judged("H3", rows).verdict is verdict
@@ -27,11 +27,11 @@ def test_settling_is_held_to_a_tenth_where_readings_are_late(times, verdict):
 
 
 @pytest.mark.parametrize(("found", "verdict"), [(0.95, Verdict.HELD), (0.8, Verdict.NOT_HELD)])
-def test_stiffness_of_onset_is_held_to_a_tenth(found, verdict):
+def test_stiffness_of_onset_must_match_within_ten_percent(found, verdict):
     assert judged("H5", [row("onset", found), row("onset", 1.0, delay=0)]).verdict is verdict
 
 
-def test_ripple_that_does_not_pay_for_its_time_is_seen():
+def test_ripple_independent_of_the_loop_gain_contradicts_the_hypothesis():
     lawful = [row("ripple", (x / (2 - x)) ** 0.5, x=x, seed=seed) for x in LOOP_GAINS for seed in range(3)]
     constant = [{**one, "measured": 0.3} for one in lawful]
     assert judged("H4", lawful).verdict is Verdict.HELD

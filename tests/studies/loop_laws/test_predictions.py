@@ -60,7 +60,7 @@ def test_feedforward_leads_by_the_delay():
 
 
 @pytest.mark.long
-def test_joints_that_lag_bear_less():
+def test_lagging_joints_tolerate_less_stiffness():
     measured, predicted, explained = row("lag", plant=LAGGING_JOINTS, delay=1, x=0.05)
     assert measured == pytest.approx(explained, rel=0.05)
     assert measured < 0.95 * predicted

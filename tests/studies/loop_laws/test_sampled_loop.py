@@ -26,7 +26,7 @@ from tests.support.loop_trials import best_gain, settling_on_stretched_map, sett
 UNIT = Loop(period=1.0, stiffness=1.0)
 
 
-def test_tables_of_the_theory():
+def test_limits_match_the_tables_of_the_theory():
     assert [sampled_loop_limit(d) for d in range(5)] == pytest.approx([2, 1, 0.618, 0.445, 0.347], abs=5e-4)
     assert [critical_gain(d) for d in range(5)] == pytest.approx([1, 0.25, 0.148, 0.105, 0.082], abs=5e-4)
     assert [int(settling_samples_of(np.array([critical_gain(d)]), d)[0]) for d in range(5)] == [1, 9, 16, 23, 29]
@@ -50,7 +50,7 @@ def test_unsettled_loops_are_reported():
 
 
 @pytest.mark.parametrize("delay", range(5))
-def test_linear_loop_of_ideal_joints_is_the_closed_form(delay):
+def test_linear_loop_of_ideal_joints_follows_the_closed_form(delay):
     loop = replace(UNIT, delay=delay)
     found = stability_limit(lambda gain: LinearLoop(loop, Filter(gain)).stable, 1.0, steps=14)
     assert found == pytest.approx(sampled_loop_limit(delay), rel=1e-3)
@@ -67,7 +67,7 @@ def test_angle_lowers_the_limit_by_its_cosine(degrees):
     assert found == pytest.approx(2 * math.cos(angle), rel=1e-3)
 
 
-def test_routh_is_the_limit_of_small_steps():
+def test_limit_for_small_steps_is_the_routh_bound():
     loop = replace(UNIT, period=1e-4)
     controller = Filter(10.0, position_gain=5.0, inertia_time=0.2)
     shortest = 1 / stability_limit(
@@ -80,7 +80,7 @@ def test_routh_is_the_limit_of_small_steps():
     ("period", "delay", "expected"),
     [(0.05, 0, 54), (0.05, 1, 17), (0.05, 2, 11), (0.001, 0, 2011), (0.001, 1, 673), (0.001, 2, 406)],
 )
-def test_lag_of_30_ms(period, delay, expected):
+def test_joint_lag_of_30_ms_gives_the_expected_stability_limits(period, delay, expected):
     loop = Loop(period=period, delay=delay, ticks=100, lag=0.03, stiffness=1.0)
     assert stability_limit(lambda gain: LinearLoop(loop, Filter(gain)).stable, expected) == pytest.approx(
         expected, rel=0.03

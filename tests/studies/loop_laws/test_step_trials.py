@@ -18,7 +18,7 @@ from tactile_maps.studies.loop_laws.step_trials import (
 LOOP = Loop(period=0.1, stiffness=1000.0)
 
 
-def test_growth_is_seen_in_the_last_quarter_or_at_once_beyond_a_bound():
+def test_growth_is_detected_in_the_last_quarter_or_immediately_above_a_bound():
     k = np.arange(80)
     assert not diverges(0.99**k, 2.0)
     assert diverges(1.01**k, 9.0)
@@ -31,7 +31,7 @@ def test_settling_counts_from_the_step_and_the_delay_on_top():
     assert settling_samples(errors + [1.0, 2.0], 3) == 9, "from where it ends"
 
 
-def test_bench_begins_at_rest():
+def test_bench_starts_at_rest():
     bench = LoopTest(LOOP)
     settings = proportional_settings("hybrid", 0.5 / (1000.0 * 0.1))
     assert bench.force_step(settings, 10)[0] == pytest.approx(-FORCE_STEP, abs=1e-6)

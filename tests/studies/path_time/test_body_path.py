@@ -41,7 +41,7 @@ def test_ball_touches_its_taxel(prepared):
     assert np.linalg.norm(away) < 1e-3
 
 
-def test_map_drawn_at_half_its_size_has_the_same_way_on_the_body(prepared):
+def test_map_at_half_its_size_has_the_same_path_on_the_body(prepared):
     true = prepared.map
     half = TactileMap(true.skin, true.charts, MapLayout(tuple(Placement(angle=0.4, scale=0.5) for _ in true.charts)))
     taken = with_path_on_body(SETTINGS, PathSetup(prepared, half))
@@ -52,7 +52,7 @@ def test_map_drawn_at_half_its_size_has_the_same_way_on_the_body(prepared):
 
 
 @pytest.mark.long
-def test_misplaced_skin_is_led_through_the_same_material_places(prepared):
+def test_path_on_a_misplaced_skin_visits_the_same_material_places(prepared):
     true = prepared.map
     believed = build_map(with_calibration_error(prepared.skin, 0.003, seed=1))
     points = true.taxel_points[100:200:10]
@@ -60,7 +60,7 @@ def test_misplaced_skin_is_led_through_the_same_material_places(prepared):
     assert [prepared.skin.position(at) for at in there] == pytest.approx(body_places(true, points), abs=1e-9)
 
 
-def test_learned_map_is_led_where_its_taxels_are(prepared):
+def test_path_on_a_learned_map_follows_its_taxels(prepared):
     true = prepared.map
     squeezed = LearnedMap(true.taxel_points * [0.3, 1.0], np.ones(len(prepared.skin), dtype=bool), "by hand", 0.0, 0.0)
     believed = learned_tactile_map(prepared.skin, squeezed)

@@ -14,7 +14,7 @@ def made(factor=NOMINAL, level="", seconds=3.0, **output):
     return row | {"bound_s": 0.6} | output
 
 
-def test_curves_hold_the_nominal_and_the_bound_of_theory():
+def test_curves_contain_the_nominal_case_and_the_theoretical_bound():
     rows = [made(), made("rate", 10.0, 5.0, bound_s=3.0), made("rate", 100.0, 2.5, bound_s=0.3)]
     (figure,) = factor_figures(FEEDBACK, rows)
     assert isinstance(figure, Figure)
@@ -25,7 +25,7 @@ def test_curves_hold_the_nominal_and_the_bound_of_theory():
     assert "posture loop" in figure.note, "the note says why the simulator differs"
 
 
-def test_each_jacobian_is_a_curve_that_begins_at_its_own_nominal():
+def test_each_jacobian_has_a_curve_that_starts_at_its_nominal_case():
     rows = [made(), made(jacobian="raw", seconds=3.5)]
     rows += [made("taxels misplaced", 3.0, 9.0, jacobian=jacobian) for jacobian in ("smoothed", "raw")]
     (figure,) = factor_figures(REPRESENTATION, rows)

@@ -37,7 +37,7 @@ def test_delay_is_a_number_of_readings(prepared):
 
 
 @pytest.mark.long
-def test_misplaced_skin_is_assumed_by_the_controller_alone(prepared):
+def test_misplaced_skin_is_assumed_only_by_the_controller(prepared):
     setups = [setup_under(prepared, Conditions(misplaced=0.003, by=by), 1) for by in ("taxel", "module")]
     moved = [
         np.linalg.norm(setup.map.skin.patches[0].taxels.positions - prepared.skin.patches[0].taxels.positions, axis=1)
@@ -73,7 +73,7 @@ def test_wrong_gain_scales_all_forces_equally(prepared):
 
 
 @pytest.mark.long
-def test_sleeve_sits_elsewhere_and_keeps_its_shape(prepared):
+def test_displaced_sleeve_keeps_its_shape(prepared):
     setup = setup_under(prepared, Conditions(sleeve_shift=0.004, sleeve_turn=math.radians(10)), 0)
     believed = setup.map.skin.patches[0]
     true = prepared.skin.patches[0]
@@ -89,14 +89,14 @@ def test_lumped_sensor_has_its_own_noise(prepared):
     assert setup_under(prepared, Conditions(estimator="tikhonov"), 0).reading == ReadingSettings("tikhonov")
 
 
-def test_finger_presses_elsewhere_and_is_not_counted(prepared):
+def test_second_finger_presses_elsewhere_and_is_not_counted(prepared):
     setup = setup_under(prepared, Conditions(touched=True), 0)
     ball, finger = (thing.spec for thing in setup.prepared.objects)
     assert np.linalg.norm(np.subtract(finger.path[0][1:], ball.at)) > 0.05
     assert setup.pressed_elsewhere == finger.max_force == 2.0
 
 
-def test_controller_knows_the_stiffness_of_the_cover():
+def test_controller_uses_the_stiffness_of_the_cover():
     hard = Conditions(layer=replace(ElasticLayer(), modulus=10 * ElasticLayer().modulus))
     usual = Conditions().settings(ControlSettings())
     given = hard.settings(ControlSettings())
@@ -104,7 +104,7 @@ def test_controller_knows_the_stiffness_of_the_cover():
     assert (given.controller, given.gains) == ("hybrid", "as_given")
 
 
-def test_body_bears_the_skin_instead_of_the_link(monkeypatch):
+def test_skin_is_mounted_on_the_body_instead_of_the_link(monkeypatch):
     monkeypatch.setattr(conditions, "forearm_skin_scene", lambda *_: forearm())
     own, plate = (
         conditions.setup_of("arm", Conditions(body=body), seed=99).prepared for body in (Conditions().body, "plate")

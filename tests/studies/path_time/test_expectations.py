@@ -49,7 +49,7 @@ def test_ratios_are_computed_for_each_seed_of_the_arm():
     assert time_ratio([row for row in rows if row["seed"] < 2], "pitch", 16.0) is None, "of two seeds"
 
 
-def test_effect_is_in_seconds_and_seed_by_seed():
+def test_effect_is_in_seconds_for_each_seed():
     rows = NOMINALS + times("pitch", 16.0, 6.0) + times("pitch", 4.0, None)
     assert time_effect(rows, "pitch", 16.0).middle == pytest.approx(4.0 * 3), "the middle seed takes thrice as long"
     assert time_effect(rows, "pitch", 4.0).middle == float("inf")
@@ -57,7 +57,7 @@ def test_effect_is_in_seconds_and_seed_by_seed():
 
 
 @pytest.mark.parametrize(("lscm", "verdict"), [(2.1, Verdict.HELD), (3.0, Verdict.NOT_HELD)])
-def test_slower_path_on_a_map_of_known_stretch_contradicts(lscm, verdict):
+def test_slower_path_on_a_map_of_known_stretch_contradicts_the_expectation(lscm, verdict):
     rows = NOMINALS + times("map by geometry", "lscm", lscm) + times("map by geometry", "arap", 2.0)
     assert judged("H1", rows).verdict is verdict
 
@@ -70,7 +70,7 @@ def test_single_triangles_must_fail_where_two_rings_succeed():
     assert judged("H2", rows).verdict is Verdict.NOT_DECIDED
 
 
-def test_learned_maps_are_as_good_as_their_touch():
+def test_learned_maps_from_biased_touch_must_fail():
     biased = "self-organising, two far places always touched together"
     good = NOMINALS + times("map learned", "self-organising", 2.0)
     assert judged("H7", good + times("map learned", biased, None)).verdict is Verdict.HELD
@@ -78,7 +78,7 @@ def test_learned_maps_are_as_good_as_their_touch():
 
 
 @pytest.mark.parametrize(("name", "factor"), [("H6", "sleeve shifted"), ("H6, of force", "gain error")])
-def test_constant_error_that_costs_time_contradicts(name, factor):
+def test_constant_error_that_costs_time_contradicts_the_expectation(name, factor):
     assert judged(name, NOMINALS + times(factor, 5.0, 2.0)).verdict is Verdict.HELD
     assert judged(name, NOMINALS + times(factor, 5.0, 4.0)).verdict is Verdict.NOT_HELD
     assert judged(name, NOMINALS).verdict is Verdict.NOT_DECIDED

@@ -22,7 +22,7 @@ STUDIES = (representation, force_feedback)
 
 
 @pytest.mark.parametrize("study", STUDIES)
-def test_every_level_is_met_with_as_many_seeds(study):
+def test_every_level_has_the_same_number_of_seeds(study):
     found = list_cases(study.FACTORS, False, 7)
     requested = {(case["factor"], case["level"], case["jacobian"]) for case in found if case["robot"] == "arm"}
     levels = {(f.name, level, jacobian) for f in study.FACTORS for level in f.levels for jacobian in f.jacobians}
@@ -96,7 +96,7 @@ def path_run(error=0.002, finished=2.0) -> PathRun:
     )
 
 
-def test_row_of_a_successful_search():
+def test_row_of_a_successful_search_has_the_speed_found():
     found = result_row(SpeedSearchResult(0.02, path_run(), RunFault.ERROR, 4), ControlSettings(controller="qp"))
     assert (found["verdict"], found["limited_by"], found["why_limited"]) == ("met", "error", "joint speed")
     assert (found["seconds"], found["speed_mm_s"], found["error_mm"]) == pytest.approx((2.0, 20.0, 2.0))

@@ -28,7 +28,7 @@ NOMINAL = _row("force-feedback")
 
 
 @pytest.mark.parametrize("change", [{"robot": "nobody"}, {"factor": "delay", "level": "word"}])
-def test_row_of_no_case_is_refused(change):
+def test_row_without_a_case_is_rejected(change):
     with pytest.raises(UsageError, match="does not belong to a case of this study"):
         replay_row(force_feedback.FACTORS, {**NOMINAL, **change})
 
@@ -67,7 +67,7 @@ def test_replay_of_a_row_has_the_error_of_the_run_that_the_study_measures(study,
 @pytest.mark.parametrize(
     ("factor", "level"), [("map learned", "information-distance"), ("map by geometry", "isomap")], ids=str
 )
-def test_map_between_taxels_is_refused_before_anything_is_made(monkeypatch, factor, level):
+def test_map_between_taxels_is_rejected_before_any_work(monkeypatch, factor, level):
     monkeypatch.setattr(replay, "setup_of", lambda *_: pytest.fail("seconds for nothing"))
     with pytest.raises(UsageError, match="cannot be replayed.*Choose a row of another factor, or .*lscm") as found:
         replay_row(representation.FACTORS, {**NOMINAL, "factor": factor, "level": level})

@@ -37,7 +37,7 @@ def test_each_refinement_halves_the_interval_by_ratio():
     assert fine.runs == coarse.runs + 2
 
 
-def test_case_that_fails_at_every_speed_gives_its_least_error():
+def test_case_that_fails_at_every_speed_gives_its_smallest_error():
     result = found(lambda speed: lagging(speed, floor=0.004))
     assert result.speed is None
     assert result.run.error_p95 == pytest.approx(0.004 + 0.1 * SLOWEST)

@@ -40,7 +40,7 @@ def test_both_axes_are_logarithmic_and_points_are_joined_in_their_order():
         assert low < min(values) < max(values) < high
 
 
-def test_method_keeps_its_look_in_all_panels_and_no_two_look_alike():
+def test_each_method_has_a_unique_style_in_all_panels():
     names = [f"method {k}" for k in range(12)]
     first, second = draw(
         figure(Panel("one", {name: [(1, 1)] for name in names}), Panel("two", {name: [(1, 1)] for name in names[::-1]}))
@@ -59,7 +59,7 @@ def test_zero_is_drawn_at_the_minimum_and_nan_is_omitted():
 
 
 @pytest.mark.parametrize("made", [{}, {"ours": []}, {"ours": [(1, 1)]}])
-def test_few_or_no_points_are_drawn(made):
+def test_figures_with_few_or_no_points_are_drawn(made):
     shown = texts(figure(Panel("one", made)))
     assert "one" in shown
     assert ("nothing measured" in shown) == (not any(made.values()))
@@ -144,7 +144,7 @@ BOTH = (
 
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("shown", BOTH)
-def test_names_are_shown_as_they_are_and_the_title_is_the_elements(shown):
+def test_names_are_shown_literally_and_title_is_that_of_the_element(shown):
     root = ElementTree.fromstring(figure_svg(shown))
     assert root.find("{http://www.w3.org/2000/svg}title").text == shown.title
     assert ({"<i> 0", "a&b $x$", "seconds", "error"} if shown is BOTH[0] else set(AMOUNTS) - {"unknown"}) <= set(
@@ -163,7 +163,7 @@ def test_text_colour_follows_the_page():
 
 
 @pytest.mark.long
-def test_figures_of_one_page_share_no_names():
+def test_figures_of_one_page_have_unique_element_ids():
     svg = "".join(figure_svg(shown) for shown in BOTH)
     names = re.findall(r' id="([^"]+)"', svg)
     assert len(set(names)) == len(names)

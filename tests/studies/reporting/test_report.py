@@ -67,7 +67,7 @@ def files(tmp_path):
 
 
 @pytest.mark.long
-def test_table_holds_every_row(files):
+def test_table_contains_every_row(files):
     with files[".csv"].open(newline="", encoding="utf8") as file:
         rows = list(csv.DictReader(file))
     assert [row["method"] for row in rows] == ["a<b", "c", "d"]
@@ -85,7 +85,7 @@ def test_json_contains_the_machine(files):
     assert facts["rows"][1]["error"] is None, "JSON knows no infinity"
 
 
-def test_page_needs_nothing_else(files):
+def test_page_is_self_contained(files):
     page = Page()
     page.feed(files[".html"].read_text(encoding="utf8"))
     assert page.links == []
@@ -142,7 +142,7 @@ def test_undrawable_rows_are_noted_in_unfinished_tables_and_fail_in_complete_one
         write_page(replace(part, state=None), tmp_path)
 
 
-def test_hypotheses_without_their_rows_are_not_decided(tmp_path):
+def test_hypotheses_without_rows_are_undecided(tmp_path):
     study = replace(outcome().study, hypotheses=(Hypothesis("H0", "It is so.", lambda rows: rows[7]),))
     part = replace(outcome(), study=study, state=RunState(3, 9))
     assert "H0: not decided." in write_page(part, tmp_path).read_text(encoding="utf8")

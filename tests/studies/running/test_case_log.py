@@ -36,7 +36,7 @@ def resumed(path):
         return log.done, log.torn
 
 
-def test_kept_rows_are_read_bit_for_bit(log_file):
+def test_stored_rows_are_read_bit_for_bit(log_file):
     assert resumed(log_file) == ({"one": ROWS, "two": []}, 0)
 
 
@@ -52,7 +52,7 @@ def test_truncated_logs_keep_their_complete_lines(log_file):
         assert list(resumed(log_file)[0]) == [*kept, "three"]
 
 
-def test_damaged_line_costs_its_own_case_alone(log_file):
+def test_damaged_line_loses_only_its_own_case(log_file):
     data = log_file.read_bytes()
     log_file.write_bytes(b"\0" * 20 + data[20:])
     assert resumed(log_file) == ({"two": []}, 1)
@@ -78,13 +78,13 @@ def test_finished_run_is_continued_or_replaced_only_on_request(log_file):
         assert log.done == {}
 
 
-def test_two_runs_do_not_write_one_log(log_file):
+def test_second_run_with_the_same_log_is_rejected(log_file):
     with closing(CaseLog(log_file, resume=True)), pytest.raises(UsageError, match="another run writes here"):
         CaseLog(log_file, resume=True)
     assert len(resumed(log_file)[0]) == 2
 
 
-def test_log_that_cannot_be_written_is_named(tmp_path):
+def test_unwritable_log_is_named(tmp_path):
     (tmp_path / "taken").write_text("")
     with pytest.raises(ExportError, match="the folder cannot be created"):
         CaseLog(tmp_path / "taken" / "x.jsonl")

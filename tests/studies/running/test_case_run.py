@@ -41,7 +41,7 @@ def backwards(measure, cases):
 
 
 @pytest.mark.long
-def test_rows_come_in_the_order_of_the_cases_with_their_case():
+def test_rows_are_in_the_order_of_the_cases_and_contain_them():
     assert [row["number"] for row in whole()] == [0, 1, 2, 2, 3, 4, 5]
     for workers in (backwards, in_processes(2)):
         run = CaseRun("x", squares, CASES, workers=workers)
@@ -96,7 +96,7 @@ def test_failed_cases_are_repeated(tmp_path):
         assert run.rows == whole()
 
 
-def test_end_of_the_time_keeps_finished_cases():
+def test_expired_time_keeps_finished_cases():
     run = CaseRun("x", squares, CASES)
     run.go_on(until=time.monotonic() - 1)
     assert (run.done, run.missing) == (0, [0, 1, 2, 3, 4, 5])

@@ -69,7 +69,7 @@ def without_times(rows):
 
 
 @pytest.mark.long
-def test_table_is_the_serial_one_although_a_worker_dies_and_one_joins_late(local_cluster):
+def test_table_equals_the_serial_one_although_a_worker_dies_and_one_joins_late(local_cluster):
     study = load_study(STUDY)
     cases = [case for seed in range(REPEATS) for case in study.cases(True, seed)]
     serial = CaseRun("x", study.measure, cases)
@@ -94,7 +94,7 @@ def test_table_is_the_serial_one_although_a_worker_dies_and_one_joins_late(local
 
 
 @pytest.mark.long
-def test_worker_with_another_program_ends_the_run_by_name(local_cluster, monkeypatch):
+def test_worker_with_another_program_version_ends_the_run_and_is_named(local_cluster, monkeypatch):
     local_cluster.worker()
     monkeypatch.setattr(cluster, "measuring_program", lambda measure: "another")
     study = load_study(STUDY)

@@ -44,7 +44,7 @@ def results(rows):
     return {group: EFFECT.verdict(known)[0] for group, known in EFFECT.effects(rows).items()}
 
 
-def test_sequential_verdict_is_the_full_one_from_fewer_cases():
+def test_sequential_verdict_equals_the_full_one_with_fewer_cases():
     full = CaseRun("x", measure, CASES)
     full.go_on()
     run = CaseRun("x", measure, CASES)
@@ -80,7 +80,7 @@ def test_complete_seeds_come_first_and_omitted_cases_are_reported(monkeypatch):
     assert nothing.undecided == ("The time is over, and 280 of 280 cases are missing: 0 of 20 seeds are complete.",)
 
 
-def test_few_seeds_and_wide_intervals_settle_nothing():
+def test_few_seeds_and_wide_intervals_give_no_decision():
     assert EFFECT.verdict([]) == (Settled.OPEN, None)
     assert EFFECT.verdict([9.0] * 4)[0] is Settled.OPEN
     assert EFFECT.verdict([9.0] * 5)[0] is Settled.DIFFERS

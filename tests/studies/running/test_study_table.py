@@ -94,20 +94,20 @@ def test_failures_are_infinite_and_missing_values_are_counted(table):
         ("a.txt", b"seed", "not a study table"),
     ],
 )
-def test_files_that_are_not_tables_are_refused(tmp_path, name, content, message):
+def test_files_that_are_not_tables_are_rejected(tmp_path, name, content, message):
     (tmp_path / name).write_bytes(content)
     with pytest.raises(UsageError, match=message):
         read_study_table(tmp_path / name)
 
 
-def test_broken_parquet_is_refused(tmp_path):
+def test_broken_parquet_is_rejected(tmp_path):
     pytest.importorskip("pyarrow")
     (tmp_path / "a.parquet").write_bytes(b"PAR1 and no more")
     with pytest.raises(UsageError, match="not a Parquet file"):
         read_study_table(tmp_path / "a.parquet")
 
 
-def test_conditions_and_points_that_cannot_be_are_refused(table):
+def test_impossible_conditions_and_points_are_rejected(table):
     for condition in ("robot", "nothing=1"):
         with pytest.raises(UsageError, match="invalid condition"):
             only(table.rows, condition)

@@ -41,12 +41,12 @@ def test_unexpected_errors_are_raised(jobs):
         list(in_processes(jobs)(broken, CASES))
 
 
-def test_rows_are_plain_and_to_the_last_bit():
+def test_rows_have_plain_types_and_exact_values():
     [row] = measure_case(numpys, {})
     assert row == {"a": 0.1, "b": 3, "c": True, "d": [1, 2], "e": float("inf")}
     assert {type(cell) for cell in row.values()} == {float, int, bool, list}
 
 
-def test_row_of_something_else_is_refused():
+def test_row_of_another_type_is_rejected():
     with pytest.raises(TypeError, match="a row contains a object"):
         list(in_this_process(lambda case: [{"thing": object()}], CASES))

@@ -43,7 +43,7 @@ def test_every_controller_at_every_speed_is_tried(subject):
 
 
 @pytest.mark.long
-def test_faster_path_takes_less_time_and_is_farther_off(subject):
+def test_faster_path_takes_less_time_and_has_a_larger_error(subject):
     found = [next(iter(STAGE.trials(subject, at("hybrid", speed)))) for speed in (30.0, 90.0)]
     assert found[1].milliseconds < 0.5 * found[0].milliseconds
     assert found[1].errors["force_n"] > found[0].errors["force_n"]
@@ -62,7 +62,7 @@ def test_theory_predicts_the_lag_without_feedforward(subject):
     assert STAGE.theory(subject, "force_n") == []
 
 
-def test_click_takes_controller_and_speed_and_leaves_the_gains(subject):
+def test_click_applies_controller_and_speed_but_not_the_gains(subject):
     before = ControlSettings(controller="impedance", force_goal=5.0, position_gain=2.0)
     taken = check_settings(with_stage_setting(before, at("parallel", 30.0)))
     assert (taken.controller, taken.task, taken.path_speed) == ("parallel", "follow_path", 0.03)
@@ -72,7 +72,7 @@ def test_click_takes_controller_and_speed_and_leaves_the_gains(subject):
 
 
 @pytest.mark.long
-def test_unknown_controllers_are_refused_without_stopping_the_others(subject):
+def test_unknown_controllers_are_rejected_without_stopping_the_others(subject):
     requested = [at("hybrid", 60.0), at("impedance", 60.0), at("magic", 60.0)]
     warm, *others = run_trials(replace(STAGE, settings=lambda _: requested), subject, progress=lambda *_: None)
     assert warm.usable
@@ -98,7 +98,7 @@ def test_stage_without_an_actuated_robot_has_no_trials(subject):
     assert list(STAGE.settings(Subject.of(fixed.map, prepared=fixed))) == []
 
 
-def test_basis_is_robot_sensor_gains_and_map(subject):
+def test_measurement_depends_on_robot_sensor_gains_and_map(subject):
     assert STAGE.fingerprint(subject) == STAGE.fingerprint(replace(subject, patches=()))
     prepared = subject.prepared
     stronger = replace(prepared, scene=replace(prepared.scene, control={"force_goal": 5.0}))

@@ -23,7 +23,7 @@ def tried(subject, method="symmetric-dirichlet", extra=0):
 
 
 @pytest.mark.long
-def test_cut_lowers_a_hemispheres_distortion_and_takes_neighbours_apart(hemisphere):
+def test_cut_lowers_distortion_of_a_hemisphere_and_separates_neighbours(hemisphere):
     none = tried(hemisphere)
     two = tried(hemisphere, extra=2)
     assert two.errors["distortion"] < 0.8 * none.errors["distortion"]
@@ -33,7 +33,7 @@ def test_cut_lowers_a_hemispheres_distortion_and_takes_neighbours_apart(hemisphe
     assert not tried(hemisphere, extra=AUTOMATIC).joined
 
 
-def test_settings_hold_0_to_4_cuts_and_the_present_one(hemisphere):
+def test_settings_contain_0_to_4_cuts_and_the_current_one(hemisphere):
     requested = STAGE.settings(hemisphere)
     assert {s.values["extra"] for s in requested} == {0, 1, 2, 3, 4, AUTOMATIC}
     assert STAGE.current(hemisphere) in requested
@@ -43,18 +43,18 @@ def test_settings_hold_0_to_4_cuts_and_the_present_one(hemisphere):
     assert STAGE.current(other) in STAGE.settings(other)
 
 
-def test_patches_that_differ_have_no_present_setting(tube):
+def test_different_patches_have_no_current_setting(tube):
     assert STAGE.current(changed(replace(tube, patches=(0, 1)), 0, method="tutte")) is None
     assert STAGE.current(changed(tube, 0, method="by hand")) is None
 
 
-def test_slider_stays_where_the_method_has_one(hemisphere):
+def test_slider_is_kept_if_the_method_has_one(hemisphere):
     slid = changed(hemisphere, 1, lengths=0.25)
     ways = [STAGE.recipes(slid, Setting("cut", name, {"extra": 1}, (1,))) for name in ("symmetric-dirichlet", "lscm")]
     assert [(number, way.lengths, way.seams.extra) for ((number, way),) in ways] == [(1, 0.25, 1), (1, 1.0, 1)]
 
 
-def test_trials_are_out_of_date_when_the_slider_moved_not_when_the_number_did(hemisphere):
+def test_trials_become_outdated_when_the_slider_changes_but_not_the_number(hemisphere):
     now = hemisphere.recipes[1]
     basis = STAGE.fingerprint(hemisphere)
     assert STAGE.fingerprint(changed(hemisphere, 1, lengths=0.5)) != basis

@@ -41,12 +41,12 @@ def test_smoother_interpolations_show_smooth_pressure_better(found):
     assert all(0 < error < 50 for error in errors.values())
 
 
-def test_image_has_about_so_many_pixels(bodies):
+def test_image_has_about_the_requested_number_of_pixels(bodies):
     image = TactileImage(bodies, resolution=resolution(bodies, 64))
     assert np.prod(image.shape) == pytest.approx(64**2, rel=0.05)
 
 
-def test_fields_are_between_0_and_1_and_the_same_every_time(bodies):
+def test_fields_are_between_0_and_1_and_reproducible(bodies):
     one, other = (sample_fields(bodies.skin, count=2000) for _ in range(2))
     for field in (*one.press, *one.smooth):
         assert 0 <= field.min() < field.max() <= 1
@@ -58,7 +58,7 @@ def test_fields_are_between_0_and_1_and_the_same_every_time(bodies):
     np.testing.assert_allclose(share, areas / areas.sum(), atol=0.05)
 
 
-def test_error_of_places_drawn_at_random_has_an_interval_and_one_of_all_taxels_none(tube):
+def test_error_of_sampled_positions_has_an_interval_and_that_of_all_taxels_none(tube):
     (found,) = STAGE.trials(tube, Setting("image", "nearest", {"pixels": 64}))
     assert set(found.intervals) == {"press", "smooth"}
     for key, (low, high) in found.intervals.items():

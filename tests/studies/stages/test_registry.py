@@ -36,11 +36,11 @@ def test_each_error_of_a_stage_can_be_drawn(name, tube):
     assert pickle.loads(pickle.dumps(tube)).title == tube.title == "tube"
 
 
-def test_only_the_maps_settings_are_edits():
+def test_only_map_settings_are_edits():
     assert [edits_map(Setting(name, "any")) for name in STAGES] == [True, True, False, False, False, False]
 
 
-def test_subject_is_named_in_few_words(bodies, tube):
+def test_subject_has_a_short_name(bodies, tube):
     assert tube.title == "tube"
     assert replace(tube, patches=(0, 1)).title == "all patches"
     assert replace(tube, patches=()).title == "no patch"

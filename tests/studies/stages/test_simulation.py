@@ -36,7 +36,7 @@ def test_every_integrator_at_every_step_is_tried(subject):
 
 
 @pytest.mark.long
-def test_longer_step_is_cheaper_and_farther_off(subject):
+def test_longer_step_is_cheaper_and_less_accurate(subject):
     found = [trial(subject, "discrete", step) for step in (0.5, 2.0, 8.0)]
     off = [each.errors["posture_mrad"] for each in found]
     assert off == sorted(off)
@@ -73,7 +73,7 @@ def test_stage_without_a_robot_has_no_trials(subject):
         trial(alone, "discrete", 1.0)
 
 
-def test_basis_is_the_robot_and_its_cover(subject):
+def test_measurement_depends_on_robot_and_cover(subject):
     assert STAGE.fingerprint(subject) == STAGE.fingerprint(replace(subject, patches=()))
     stiffer = replace(subject, prepared=prepared_bar(layer=ElasticLayer(stiffness=2e4)))
     still = replace(subject, prepared=prepared_bar(hinged=False, layer=ElasticLayer(stiffness=1e4)))
@@ -86,7 +86,7 @@ LIMITS = {"implicitfast": (0.93, 1.07), "implicit": (0.93, 1.07)}
 
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("integrator", LIMITS)
-def test_contact_holds_up_to_the_predicted_limit_and_no_further(subject, integrator):
+def test_contact_is_stable_exactly_up_to_the_predicted_limit(subject, integrator):
     """The prediction against the simulation itself, at steps just below and just beyond."""
     arm, fine = simulation_stage._pressed_and_reference(subject.prepared)
     layer = subject.prepared.scene.layer

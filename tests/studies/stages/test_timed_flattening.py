@@ -58,11 +58,11 @@ def test_corrections_are_noted(hemisphere):
 
 
 @pytest.mark.parametrize("stretch", [1.0, 1.05, 1.5, 4.0])
-def test_distortion_is_the_even_stretch_of_that_energy(stretch):
+def test_distortion_is_the_uniform_stretch_with_the_same_energy(stretch):
     assert distortion_percent(2 * (stretch**2 + stretch**-2)) == pytest.approx(100 * (stretch - 1), abs=1e-6)
 
 
-def test_stamp_knows_drawn_seams_and_areas_of_interest():
+def test_stamp_includes_drawn_seams_and_areas_of_interest():
     plans = [SeamPlan(), SeamPlan(drawn=np.array([[0, 1]])), SeamPlan(importance=np.ones(3))]
     assert len({seam_plan_fingerprint(plan) for plan in plans}) == 3
     assert seam_plan_fingerprint(SeamPlan(2)) == seam_plan_fingerprint(SeamPlan()), "how many more is what is tried"
@@ -81,7 +81,7 @@ def test_seconds_of_several_patches_add_up(bodies, tube, hemisphere):
     assert total(Subject.of(bodies)) == total(tube) + total(hemisphere)
 
 
-def test_seam_that_was_tried_and_not_kept_does_not_count_as_the_result(hemisphere, monkeypatch):
+def test_rejected_seam_does_not_count_as_the_result(hemisphere, monkeypatch):
     monkeypatch.setattr("tactile_maps.flattening.flatten.WORTH_A_SEAM", 4.1)
     monkeypatch.setattr("tactile_maps.flattening.flatten._WORTH_KEEPING", 0.99)
     _, made = laid(hemisphere, method="symmetric-dirichlet")

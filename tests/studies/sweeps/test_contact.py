@@ -48,7 +48,7 @@ def test_cases_cover_the_table():
     assert set(product(INTEGRATORS, STEPS_MS, RATIOS)) <= impacts
 
 
-def test_quick_cases_are_few_and_among_all():
+def test_quick_cases_are_few_and_a_subset_of_all():
     assert 10 < len(cases(True, 0)) < 40
     assert all(one in CASES for one in cases(True, 0))
 
@@ -68,7 +68,7 @@ def test_row_has_every_quantity_and_a_verdict():
     assert exception_of({**requested, **rows["water-fill"]}).reason in rows["water-fill"]["note"]
 
 
-def test_unstable_settings_are_refused_with_a_remedy():
+def test_unstable_settings_are_rejected_with_a_remedy():
     requested = case("rest", motion="scripted", integrator="euler", timestep_ms=4.0, physics="solver")
     rows = measure(requested)
     assert {row["verdict"] for row in rows} == {"refused"}
@@ -79,7 +79,7 @@ def test_unstable_settings_are_refused_with_a_remedy():
     assert all(row[column] is None for column in TOLERANCES)
 
 
-def test_foundation_is_refused_with_friction():
+def test_foundation_with_friction_is_rejected():
     (row,) = measure(case("stick", physics="foundation"))
     assert (row["verdict"], row["model"]) == ("refused", "foundation")
 
@@ -89,6 +89,6 @@ def test_exceptions_cover_rows_that_exist(known):
     assert any(known.covers({**one, "model": model, "verdict": "outside"}) for one in CASES for model in MODELS), known
 
 
-def test_row_that_no_exception_covers():
+def test_row_without_an_exception_fails():
     row = {**case("rest"), "model": "punch"}
     assert exception_of(row) is None

@@ -75,7 +75,7 @@ def test_row_contains_errors_times_and_gains(rows):
 
 
 @pytest.mark.long
-def test_controller_without_a_task_has_no_place_to_be_wrong_about(rows):
+def test_controller_without_a_task_has_no_position_error(rows):
     row = rows[1]
     assert row["body_rms_mm"] is row["map_p95_mm"] is row["finished_s"] is row["energy_minimum_J"] is None
     assert row["force_rms_N"] < 0.1

@@ -43,7 +43,7 @@ def test_every_effect_is_measured_with_only_the_effects_it_needs():
             assert getattr(one.effects.sensor, one.effect) is not None
 
 
-def test_every_effect_in_every_choice_is_measured_but_for_the_time_step():
+def test_every_choice_of_every_effect_except_the_time_step_is_measured():
     found = {one.effect for one in effect_cases()}
     assert found == {"none", *EFFECTS} - {"timestep", "dynamics"}
     assert {one.choice for one in effect_cases() if one.effect == "skin"} == set(EFFECTS["skin"].choices) - {"off"}

@@ -21,7 +21,7 @@ def test_noise_becomes_force_on_the_whole_map_but_not_in_the_region():
 
 
 @pytest.mark.parametrize(("bias", "verdict"), [(0.05, Verdict.HELD), (0.2, Verdict.NOT_HELD)])
-def test_region_has_to_be_five_times_better_at_every_depth(bias, verdict):
+def test_region_estimate_must_be_five_times_better_at_every_depth(bias, verdict):
     rows = [row(WHOLE, 0.6, seed=seed, depth=depth) for seed in range(3) for depth in (0.5, 1.0)]
     rows += [row(REGIONAL, bias, seed=seed, depth=depth) for seed in range(3) for depth in (0.5, 1.0)]
     judged = STUDY.hypotheses[0].judge(rows)

@@ -25,13 +25,13 @@ def test_every_method_is_measured_on_every_field(rows):
     assert all(0 < row["ms"] <= row["p95_ms"] for row in rows)
 
 
-def test_our_barycentric_has_the_error_of_scipys_linear(rows):
+def test_barycentric_interpolation_has_the_error_of_scipy_linear(rows):
     for field in FIELDS:
         for theirs in METHODS[-2:]:
             assert error(rows, "barycentric", field) == pytest.approx(error(rows, theirs, field), rel=1e-4)
 
 
-def test_methods_are_ordered_as_in_theory(rows):
+def test_errors_of_methods_are_ordered_as_predicted(rows):
     assert error(rows, "thin-plate", "smooth") < 0.5 * error(rows, "barycentric", "smooth")
     assert error(rows, "natural-neighbour", "smooth") < 1.2 * error(rows, "barycentric", "smooth")
     assert error(rows, "nearest", "smooth") > 2 * error(rows, "barycentric", "smooth")

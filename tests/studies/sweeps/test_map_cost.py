@@ -22,7 +22,7 @@ def last(rows, **expected):
 
 
 @pytest.mark.long
-def test_tube_is_unrolled_without_loss(rows):
+def test_tube_is_unrolled_without_distortion(rows):
     for method in ("symmetric-dirichlet", "unroll", "arap"):
         row = last(rows, mesh="tube", method=method)
         assert row["symmetric_dirichlet"] == pytest.approx(4, abs=1e-3)
@@ -56,7 +56,7 @@ def test_balanced_map_is_the_least_distorted_of_the_hemisphere(rows):
     assert reached["symmetric-dirichlet"] <= min(reached.values()) * (1 + 1e-4)
 
 
-def test_figures_have_a_panel_a_body_and_the_curves_of_iterative_methods_have_points(rows):
+def test_figures_have_a_panel_per_body_and_points_on_curves_of_iterative_methods(rows):
     drawn = figures(rows)
     assert [panel.title for panel in drawn[0].panels] == ["tube", "hemisphere"]
     assert len(drawn[0].panels[1].curves["symmetric-dirichlet"]) > 3

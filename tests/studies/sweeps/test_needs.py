@@ -31,7 +31,7 @@ def rows():
 
 
 @pytest.mark.long
-def test_every_effect_is_switched_the_other_way(rows):
+def test_every_effect_is_toggled(rows):
     assert list(rows) == list(EFFECTS)
     for name, row in rows.items():
         assert row["switched"] != row["decided"].removesuffix(" s"), name
@@ -75,12 +75,12 @@ def brief_row():
 
 
 @pytest.mark.parametrize("change", [{"scene": "nowhere"}, {"effect": "gravitation"}])
-def test_row_of_no_case_is_not_replayed(brief_row, change):
+def test_row_without_a_case_is_not_replayed(brief_row, change):
     with pytest.raises(UsageError, match="does not belong to a case of this study"):
         STUDY.replay(brief_row | change)
 
 
-def test_change_is_a_share_of_the_outputs_own_size():
+def test_change_is_relative_to_the_size_of_the_output():
     moved = np.array([[1.0, 5.0], [1.2, 5.0], [1.4, 5.0]])
     assert change_of("posture", moved, moved) == 0.0
     assert change_of("posture", moved, moved + [[0], [0.1], [0.2]]) == pytest.approx(0.5)
@@ -108,7 +108,7 @@ def test_every_output_has_a_signal():
     assert {len(values) for values in found.values()} == {10}
 
 
-def test_choices_that_are_more_than_on_and_off_are_switched_too():
+def test_effects_with_more_than_two_choices_are_switched():
     decided = {row.name: row for row in decision_scenes()["view"].unattended.rows}
     assert switched_to(decided["skin"]) == "water-fill"
     assert switched_to(decided["integrator"]) == "implicit"
@@ -129,7 +129,7 @@ def test_change_above_the_tolerance_means_that_an_effect_matters(effect, small, 
 
 
 @pytest.mark.long
-def test_physics_that_a_view_does_without_would_change_its_postures():
+def test_physics_that_a_view_omits_would_change_its_postures():
     rows = {row["effect"]: row for row in measure({"scene": "view", "seconds": 0.5, "seed": 0})}
     assert rows["dynamics"]["verdict"] == Verdict.MISSING.value
     assert rows["friction"]["verdict"] == Verdict.RIGHTLY_OFF.value

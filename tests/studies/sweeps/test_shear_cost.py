@@ -26,7 +26,7 @@ def test_stick_region_of_the_reference_follows_the_closed_form(dragged):
         assert stuck == pytest.approx(1 - (level / STUCK) ** 2, abs=0.005)
 
 
-def test_the_reference_has_the_tangential_force_of_each_state(dragged):
+def test_reference_has_the_tangential_force_of_each_state(dragged):
     np.testing.assert_allclose(dragged.forces.sum(axis=1) / dragged.limit, LOADING + UNLOADING, atol=0.003)
     assert [load.shear[0] / dragged.limit for load in dragged.loads] == pytest.approx(LOADING + UNLOADING)
 

@@ -20,7 +20,7 @@ def rows():
 
 
 @pytest.mark.long
-def test_verdicts(rows):
+def test_rows_have_the_expected_verdicts(rows):
     assert [found["verdict"] for found in rows] == ["steady", "steady", "diverges", "bounces"]
 
 
@@ -55,7 +55,7 @@ def test_shorter_step_is_more_accurate_and_slower(rows):
 
 
 @pytest.mark.long
-def test_figures_have_a_panel_a_stiffness_and_a_curve_an_integrator(rows):
+def test_figures_have_a_panel_per_stiffness_and_a_curve_per_integrator(rows):
     posture, ripple = figures(rows)
     for figure in (posture, ripple):
         (panel,) = figure.panels

@@ -33,7 +33,7 @@ def ball(tested, contact=0.01):
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", REFERENCE_SKINS)
-def test_depth_is_that_of_each_taxel_in_the_ball(name):
+def test_depth_is_that_of_each_taxel_inside_the_ball(name):
     tested = REFERENCE_SKINS[name](1000, 0)
     load = ball(tested)
     inside = -load.shape.distance(load.pose.inverse.points(tested.skin.patches[0].taxels.positions))
@@ -59,7 +59,7 @@ def test_foundation_is_the_sum_over_the_points_in_the_ball(name):
 
 @pytest.mark.long
 @pytest.mark.parametrize("model", PHYSICS)
-def test_nothing_moves(model):
+def test_robot_does_not_move_during_the_measurement(model):
     tested = REFERENCE_SKINS["flat"](100, 0)
     simulation = hold_ball(tested, model, ball(tested, 0.03))
     first = step_and_sense(simulation)
@@ -125,14 +125,14 @@ def test_more_detailed_models_have_smaller_errors(rows, contact):
 
 
 @pytest.mark.long
-def test_only_punch_locates_contacts_with_a_wrong_body(rows):
+def test_only_the_punch_model_locates_contacts_with_a_wrong_body(rows):
     for contact in (10, 30):
         assert of(rows, "water-fill", contact, "place_mm", misplaced=1) > 0.5
         assert of(rows, "punch", contact, "place_mm", misplaced=1) < 0.1
 
 
 @pytest.mark.long
-def test_figures_have_a_panel_a_contact_and_a_curve_a_model(rows):
+def test_figures_have_a_panel_per_contact_and_a_curve_per_model(rows):
     drawn = figures(rows)
     assert len(drawn) == len(ERRORS) * len(MISPLACED_MM)
     assert set(drawn[0].panels[0].curves) == set(TITLES.values())

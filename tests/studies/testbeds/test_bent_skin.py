@@ -25,7 +25,7 @@ def test_curvatures_in_the_middle_have_the_stated_values(body):
     assert disc.face_normals[:, 2].min() > 0
 
 
-def test_sphere_is_round_and_a_cylinder_keeps_the_plates_lengths():
+def test_sphere_is_round_and_cylinder_keeps_the_lengths_of_the_plate():
     sphere = bent_disc((25.0, 25.0))
     assert np.linalg.norm(sphere.vertices + [0.0, 0.0, 0.04], axis=1) == pytest.approx(0.04, abs=1e-12)
     plate = bent_disc((0.0, 0.0))
@@ -37,7 +37,7 @@ def test_sphere_is_round_and_a_cylinder_keeps_the_plates_lengths():
 
 @pytest.mark.long
 @pytest.mark.parametrize("body", ["plate", "saddle of 40 mm"])
-def test_bent_skin_is_centred_on_a_taxel_and_alone_touches_the_ball(body):
+def test_curved_skin_is_centred_on_a_taxel_and_is_the_only_link_touching_the_ball(body):
     placed = forearm()
     taxel = 150
     bent, middle = with_bent_skin(placed, taxel, BODIES[body], pitch=PITCH, seed=1)

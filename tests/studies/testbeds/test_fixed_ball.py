@@ -28,7 +28,7 @@ def test_finger_presses_with_its_force_far_from_the_ball():
     assert session.total_normal_force == pytest.approx(5.0, rel=0.05)
 
 
-def test_places_to_press_go_from_flat_to_bent():
+def test_places_to_press_range_from_flat_to_curved():
     prepared = forearm()
     taxels = prepared.skin.patches[0].taxels
 

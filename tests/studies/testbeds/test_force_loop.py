@@ -51,7 +51,7 @@ def test_force_loop_is_linear_about_the_goal():
 
 
 @pytest.mark.long
-def test_contact_is_as_stiff_as_force_and_penetration_say():
+def test_contact_stiffness_equals_force_over_penetration():
     """Two goals: how much deeper the ball is then in the skin, found by the nearest point of its triangles."""
     forces = []
     depths = []
@@ -69,7 +69,7 @@ def test_contact_is_as_stiff_as_force_and_penetration_say():
 
 
 @pytest.mark.long
-def test_stiffness_of_a_ball_on_a_plane_is_that_of_the_bed_of_springs():
+def test_stiffness_of_a_ball_on_a_plane_matches_a_bed_of_springs():
     """F = pi K (R - d) d²: every spring pushes along the ball's radius; pi K R d² where it is not deep (Winkler)."""
     made = gantry()
     layer = ElasticLayer()
@@ -81,7 +81,7 @@ def test_stiffness_of_a_ball_on_a_plane_is_that_of_the_bed_of_springs():
     assert found == pytest.approx(np.pi * layer.foundation * deep * (2 * BALL - 3 * deep), rel=0.01)
 
 
-def test_controller_is_a_filter():
+def test_controller_equals_its_linear_filter():
     assert controller_filter(replace(CALM, controller="qp")) == Filter(0.002, integral_time=0.3)
     assert controller_filter(replace(CALM, controller="admittance")) == Filter(0.002, inertia_time=0.05)
     assert controller_filter(replace(CALM, controller="parallel")) == Filter(
@@ -90,7 +90,7 @@ def test_controller_is_a_filter():
 
 
 @pytest.mark.long
-def test_controller_that_lags_bears_less():
+def test_lagging_controllers_have_smaller_gain_limits():
     gains = [
         predicted_gain_limit(loop(), replace(CALM, controller=controller))
         for controller in ("hybrid", "admittance", "parallel")

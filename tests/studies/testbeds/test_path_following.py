@@ -43,7 +43,7 @@ def test_error_of_a_ball_is_its_distance_from_the_target():
     assert truth.error(target, over(target, 0.03) + [0.004, 0.003, 0.0], HOME) == pytest.approx(0.005, abs=1e-9)
 
 
-def test_place_of_a_misplaced_skin_is_the_same_place():
+def test_path_on_a_misplaced_skin_is_at_the_same_material_place():
     believed = build_map(with_calibration_error(BAR.skin, 0.004, seed=1))
     truth = TrueContact(BAR.robot, BAR.skin, believed)
     target = BAR.skin.taxel_point(20)
@@ -100,7 +100,7 @@ def caged_finger(folder: Path, posts: Sequence[int]) -> PreparedScene:
     return replace(finger, robot=replace(finger.robot, home=np.zeros(4)))
 
 
-def test_ball_is_placed_where_it_touches_nothing_else(tmp_path):
+def test_ball_is_placed_clear_of_all_other_links(tmp_path):
     posts = range(4, 13)
     prepared = caged_finger(tmp_path, posts)
     taxel = place_to_press(prepared, radius=0.01)
@@ -131,7 +131,7 @@ def followed(speed=0.04) -> PathRun:
 
 
 @pytest.mark.long
-def test_round_takes_its_length_over_the_speed():
+def test_duration_of_a_round_is_its_length_over_the_speed():
     length = path_about("lemniscate", np.zeros(2), 0.02).length
     assert followed().finished == pytest.approx(length / 0.04, rel=0.03)
     assert len(followed().force) == round(followed().finished / followed().tick)
@@ -140,7 +140,7 @@ def test_round_takes_its_length_over_the_speed():
 
 
 @pytest.mark.long
-def test_its_errors_are_of_the_body_and_the_true_force():
+def test_errors_are_measured_on_the_body_with_the_true_force():
     assert 0.0005 < followed().error_rms < followed().error_p95 < 0.012
     assert followed().force_p95(3.0) < 1.0
     assert followed().in_band(3.0, 1.0) > 0.95
@@ -164,7 +164,7 @@ def test_paths_slower_than_the_limit_are_unfinished():
 
 
 @pytest.mark.long
-def test_task_without_a_path_takes_all_its_time():
+def test_task_without_a_path_uses_its_whole_time():
     held = run_path(displaced_ball(), replace(FOLLOW, task="hold_point"), 0.5, settling=0.5)
     assert held.finished is None
     assert held.error_p95 < 0.01

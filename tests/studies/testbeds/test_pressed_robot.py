@@ -35,7 +35,7 @@ def arm():
 
 
 @pytest.mark.long
-def test_probe_starts_off_the_skin_and_goes_straight_in_along_an_axis(arm):
+def test_probe_starts_off_the_skin_and_moves_straight_in_along_an_axis(arm):
     first, last = np.array(arm.probe.spec.path)[[0, -1], 1:]
     way = last - first
     assert np.count_nonzero(np.abs(way) > 1e-12) == 1
@@ -86,7 +86,7 @@ def test_stopped_runs_keep_their_data(fine, arm):
     assert not run.steady(fine)
 
 
-def test_errors_are_of_the_true_force():
+def test_errors_refer_to_the_true_force():
     true = made(forces=(2.0, 2.0))
     run = made(forces=(1.0, 2.0), postures=((3.0,),))
     assert run.force_errors(true) == pytest.approx((0.25, 0.25))
@@ -97,7 +97,7 @@ def test_errors_are_of_the_true_force():
     assert not made(forces=(2.0, 2.0), stopped="why").steady(true)
 
 
-def test_robot_without_joints_has_no_posture_to_be_off():
+def test_robot_without_joints_has_no_posture_error():
     still = press_robot(bar(hinged=False), bar_skin())
     run = run_press(still, effects_at_step("discrete", 1.0), SOFT)
     assert run.posture_error(run) is None

@@ -14,7 +14,7 @@ CHARACTERISTIC = {"closed link": 2, "torus": 0, "hemisphere": 1, "bumpy shell": 
 
 @pytest.mark.parametrize("name", MESHES)
 @pytest.mark.parametrize("faces", [200, 3000])
-def test_topology_and_fineness_are_as_requested(name, faces):
+def test_reference_bodies_have_the_requested_topology_and_resolution(name, faces):
     mesh = MESHES[name](faces)
     assert 0.6 * faces < len(mesh.faces) < 1.6 * faces
     assert len(mesh.connectivity.boundary_loops) == HOLES[name]
@@ -24,7 +24,7 @@ def test_topology_and_fineness_are_as_requested(name, faces):
 
 
 @pytest.mark.parametrize("name", MESHES)
-def test_triangles_are_sound_and_look_outwards(name):
+def test_triangles_are_valid_and_face_outward(name):
     mesh = MESHES[name](2000)
     sides = np.linalg.norm(mesh.vertices[mesh.faces] - np.roll(mesh.vertices[mesh.faces], 1, axis=1), axis=2)
     assert (mesh.face_areas > 0.05 * sides.max(axis=1) ** 2).all()
@@ -47,12 +47,12 @@ def test_triangles_are_sound_and_look_outwards(name):
         ("torus", 4 * np.pi**2 * 0.06 * 0.02),
     ],
 )
-def test_areas_are_those_of_the_formulas(name, area):
+def test_areas_match_the_closed_forms(name, area):
     assert MESHES[name](20_000).area == pytest.approx(area, rel=2e-3)
 
 
 @pytest.mark.parametrize("taxels", [1, 2, 100, 1000])
-def test_map_and_body_are_the_same_places(taxels):
+def test_map_and_body_points_correspond(taxels):
     map_ = flat_map(taxels)
     placed = map_.skin.patches[0].taxels
     assert len(map_.skin) == round(np.sqrt(taxels)) ** 2

@@ -32,7 +32,7 @@ def touch():
     return press_ball(TESTED.dense, at, normal, 0.01, taxels=len(TESTED.skin), blur=blur, layer=LAYER)
 
 
-def test_force_is_winklers(touch):
+def test_force_follows_the_winkler_formula(touch):
     """F = π K d² (R - d): depths R - s along the radii, of which h / s is across the plane, h = R - d."""
     radius = ball_radius(0.01)
     assert np.sqrt(radius**2 - (radius - INDENTATION) ** 2) == pytest.approx(0.01)
@@ -45,7 +45,7 @@ def test_force_is_winklers(touch):
 
 
 @pytest.mark.long
-def test_sum_over_pairs_is_the_transform(touch):
+def test_sum_over_pairs_equals_the_transform(touch):
     """Both methods are compared at the few points around a touch."""
     near = np.linalg.norm(TESTED.dense.positions - touch.load.point, axis=1) < 0.006
     thin = np.flatnonzero(near)
@@ -58,7 +58,7 @@ def test_sum_over_pairs_is_the_transform(touch):
     np.testing.assert_allclose(TESTED.blur(LAYER.depth)(pressures)[thin], plain, rtol=2e-3)
 
 
-def test_truth_has_no_error_but_the_place(touch):
+def test_exact_reading_has_only_a_position_error(touch):
     skin = TESTED.skin
     centres = cell_centres(TESTED.skin)
     exact = touch_errors(touch, touch.surface / skin.areas, skin, centres)
@@ -98,7 +98,7 @@ def test_points_are_dense_and_cover_the_skin(name):
     np.testing.assert_allclose(np.linalg.norm(dense.normals, axis=1), 1)
 
 
-def test_bent_one_is_a_tube():
+def test_tubular_skin_has_the_stated_radius_and_length():
     tested = tubular_skin(100, 0)
     np.testing.assert_allclose(np.hypot(*tested.dense.positions[:, :2].T), RADIUS)
     surface = tested.skin.patches[0].surface
@@ -109,7 +109,7 @@ def test_bent_one_is_a_tube():
     assert at[2] == pytest.approx(0.11, abs=tested.pitch[0])
 
 
-def test_through_a_bent_body_distances_are_straight():
+def test_distances_through_a_curved_body_are_straight():
     """No pressure reaches the opposite side of the tube; uniform pressure is unchanged in the middle."""
     tested = tubular_skin(100, 0)
     felt = tested.blur(0.002)(np.ones(len(tested.dense.areas))).reshape(tested.shape)

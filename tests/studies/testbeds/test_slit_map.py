@@ -40,7 +40,7 @@ def test_map_without_cuts_is_unchanged(prepared):
 
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("count", [1, 2, 3])
-def test_path_about_the_place_leads_over_the_cuts_and_comes_back(prepared, count):
+def test_path_about_the_place_crosses_the_cuts_and_returns(prepared, count):
     place = touched_place(prepared)
     assert not len(seams_near(prepared, place, 0.015))
     cut = with_slits(prepared, place, count)

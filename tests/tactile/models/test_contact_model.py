@@ -15,7 +15,7 @@ SKIN = bar_skin()
 LOAD = sphere_load("bar", np.array([0.2, 0.0, 0.02]), np.array([0.0, 0, 1]), 5.0, 0.02)
 
 
-def test_model_names_are_those_of_scenes():
+def test_model_names_match_those_of_scenes():
     assert list(CONTACT_MODELS) == ["point", "water-fill", "punch", "half-space"]
     assert all(entry.name == name and entry.title and entry.tip.endswith(".") for name, entry in CONTACT_MODELS.items())
 
@@ -28,7 +28,7 @@ def test_every_model_keeps_the_force_with_whole_cells(name):
 
 
 @pytest.mark.parametrize("name", CONTACT_MODELS)
-def test_pads_change_what_every_model_reads(name):
+def test_pads_change_the_readings_of_every_model(name):
     cells = CONTACT_MODELS[name].build(SKIN, ElasticLayer(), SensorEffects())
     pads = CONTACT_MODELS[name].build(SKIN, ElasticLayer(), SensorEffects(area_averaging=AreaAveraging(0.004)))
     assert not np.allclose(cells.pressures([LOAD]), pads.pressures([LOAD]), rtol=0.01)

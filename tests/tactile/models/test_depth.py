@@ -26,7 +26,7 @@ def pressed(kind: str, centre: tuple[float, float, float], **said) -> Simulation
 
 
 @pytest.mark.long
-def test_a_balls_depth_at_every_taxel():
+def test_depth_of_a_ball_is_correct_at_every_taxel():
     centre = np.array([0.21, 0.004, 0.0385])
     inside = np.maximum(0.02 - np.linalg.norm(TAXELS - centre, axis=1), 0)
     assert (inside > 0).sum() >= 2
@@ -35,7 +35,7 @@ def test_a_balls_depth_at_every_taxel():
 
 
 @pytest.mark.long
-def test_the_depth_of_a_box_at_every_taxel():
+def test_depth_of_a_box_is_correct_at_every_taxel():
     simulation = pressed("box", (0.21, 0.0, 0.0299))
     under = (np.abs(TAXELS[:, 0] - 0.21) < 0.0299) & (np.abs(TAXELS[:, 1]) < 0.0249)
     assert under.sum() > 10
@@ -43,7 +43,7 @@ def test_the_depth_of_a_box_at_every_taxel():
 
 
 @pytest.mark.long
-def test_a_meshs_depth_is_read_not_zero():
+def test_depth_of_a_mesh_is_not_zero():
     """A colliding mesh without a signed distance reads 0 in MuJoCo, silently."""
     centre = np.array([0.21, 0.004, 0.0385])
     ball = pressed("sphere", tuple(centre))
@@ -53,7 +53,7 @@ def test_a_meshs_depth_is_read_not_zero():
 
 
 @pytest.mark.long
-def test_links_that_touch_both_read_it():
+def test_both_links_in_contact_have_readings():
     robot, skin = pair()
     simulation = Simulation(robot, skin, Effects(contact="self", skin="depth"))
     command = hold(robot, 0.0, 40.0)
@@ -65,7 +65,7 @@ def test_links_that_touch_both_read_it():
 
 
 @pytest.mark.long
-def test_a_finger_is_as_deep_as_its_force_in_the_skin():
+def test_finger_penetrates_the_skin_as_deep_as_its_force_requires():
     robot = bar(hinged=False)
     simulation = Simulation(robot, SKIN, EFFECTS)
     at = SKIN.taxel_point(200)

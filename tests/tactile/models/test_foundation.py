@@ -41,7 +41,7 @@ def held(kind: str, depth: float, **said) -> Simulation:
 @pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize(("radius", "depth"), [(0.01, 2e-3), (0.02, 1e-3), (0.04, 5e-4), (0.04, 1e-3), (0.08, 1e-3)])
-def test_a_ball_on_a_bed_of_springs(radius, depth):
+def test_ball_on_a_bed_of_springs_follows_the_closed_form(radius, depth):
     """Depths R - s along the ball's radii, s from R - d to R, felt across the plane: F = pi K (R - d) d².
 
     That is Johnson's pi K R d² (4.3) where d is small. The mean over places, for points are few under a small patch.
@@ -53,7 +53,7 @@ def test_a_ball_on_a_bed_of_springs(radius, depth):
     assert np.mean(forces) == pytest.approx(np.pi * LAYER.foundation * (radius - depth) * depth**2, rel=0.03)
 
 
-def test_a_flat_face_on_a_bed_of_springs():
+def test_flat_face_on_a_bed_of_springs_follows_the_closed_form():
     depth = 2e-4
     force = held("box", depth).sense() @ FINE.areas
     assert force == pytest.approx(LAYER.foundation * 0.06 * 0.05 * depth, rel=0.05)
@@ -68,7 +68,7 @@ def test_a_flat_face_on_a_bed_of_springs():
 @pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("kind", ["sphere", "box", "cylinder", "mesh"])
-def test_the_sum_of_pressure_times_area_is_the_force_on_the_bar(kind):
+def test_sum_of_pressure_times_area_is_the_force_on_the_bar(kind):
     body = thing(kind, at=(0.3, 0.0, {"sphere": 0.0397, "mesh": 0.0397}.get(kind, 0.0298)))
     simulation = Simulation(bar(), FINE, EFFECTS, objects=(body,))
     simulation.step(800, hold(bar(), 3000.0, 60.0))
@@ -82,7 +82,7 @@ def test_the_sum_of_pressure_times_area_is_the_force_on_the_bar(kind):
     assert force @ lever.positions[points, 0] == pytest.approx(pushed, rel=0.02), "straight down, at its lever"
 
 
-def test_both_bodies_feel_equal_and_opposite_forces():
+def test_both_bodies_receive_equal_and_opposite_forces():
     ball = thing("sphere", at=(0.25, 0.03, 0.0393), mass=0.4)
     simulation = Simulation(bar(), FINE, EFFECTS, objects=(ball,))
     model = simulation._model
@@ -111,14 +111,14 @@ def dropped(layer: ElasticLayer, timestep: float, *, speed: float = 0.3, mass: f
 
 
 @pytest.mark.long
-def test_a_bounce_does_not_depend_on_the_time_step():
+def test_bounce_does_not_depend_on_the_time_step():
     fine = dropped(LAYER, 5e-5)[0]
     coarse = dropped(LAYER, 5e-4)[0]
     assert coarse == pytest.approx(fine, abs=0.03)
 
 
 @pytest.mark.long
-def test_a_layer_too_stiff_for_the_step_is_refused_with_the_longest_step():
+def test_cover_too_stiff_for_the_time_step_is_rejected_with_the_longest_step():
     robot = bar(hinged=False)
     light = thing("box", at=(0.2, 0.0, 0.0299), mass=0.05)
     stiffness = LAYER.foundation * 0.06 * 0.05
@@ -132,7 +132,7 @@ def test_a_layer_too_stiff_for_the_step_is_refused_with_the_longest_step():
 
 
 @pytest.mark.long
-def test_two_layers_in_series_and_both_links_feel_the_same():
+def test_covers_of_two_links_act_in_series_and_both_read_the_same_force():
     robot, skin = pair()
     simulation = Simulation(robot, skin, Effects(contact="self", skin="foundation"))
     simulation.step(800, replace(hold(robot, 0.0, 40.0), torque=np.array([7.0])))
@@ -158,7 +158,7 @@ def bent_skin(radius: float) -> Skin:
 @pytest.mark.sampled(4)
 @pytest.mark.parametrize("radius", [np.inf, 0.1, 0.06, -0.1, -0.06])
 @pytest.mark.parametrize("kind", ["sphere", "cylinder", "box"])
-def test_ratio_of_readings_to_force_is_stated_on_bent_skin(kind, radius):
+def test_ratio_of_readings_to_force_is_stated_on_curved_skin(kind, radius):
     """Less than the force on convex skin, more on concave skin, exact on flat skin."""
     half = {"sphere": 0.05, "cylinder": 0.01, "box": 0.01}[kind]
     size = {"sphere": (0.05,), "cylinder": (0.015, 0.02), "box": (0.04, 0.03, 0.02)}[kind]
@@ -194,7 +194,7 @@ def flat_contact(kind: str, size: tuple[float, ...], *, turn: tuple[float, float
     return simulation, float(simulation.sense() @ skin.areas)
 
 
-def test_tilted_box_within_flat_skin_is_pushed_along_the_normal_alone():
+def test_tilted_box_within_flat_skin_is_pushed_only_along_the_normal():
     """Sliding or turning on a flat bed changes no depth, although few points are under the sides."""
     simulation, read = flat_contact("box", (0.03, 0.024, 0.02), turn=(0.7, 1.3, 20.0))
     (wrench,) = simulation._touch.wrenches
@@ -205,7 +205,7 @@ def test_tilted_box_within_flat_skin_is_pushed_along_the_normal_alone():
 
 
 @pytest.mark.long
-def test_ball_within_flat_skin_is_not_turned():
+def test_ball_within_flat_skin_receives_no_torque():
     """Forces along its radii have no torque about its centre, wherever the points are."""
     simulation, read = flat_contact("sphere", (0.02,), turn=(0.0, 0.0, 0.0))
     (wrench,) = simulation._touch.wrenches
@@ -215,7 +215,7 @@ def test_ball_within_flat_skin_is_not_turned():
 
 
 @pytest.mark.parametrize("shape", [Sphere(0.03), Box((0.03, 0.02, 0.01)), Cylinder(0.03, 0.01), Plane()])
-def test_normals_of_a_shape_are_the_slopes_of_its_distance(shape):
+def test_normals_of_a_shape_are_gradients_of_its_distance(shape):
     points = np.random.default_rng(1).uniform(-0.04, 0.04, (400, 3))
     step = 1e-7
     slopes = [shape.distance(points + step * axis) - shape.distance(points - step * axis) for axis in np.eye(3)]
@@ -223,7 +223,7 @@ def test_normals_of_a_shape_are_the_slopes_of_its_distance(shape):
     assert normals == pytest.approx(np.transpose(slopes) / (2 * step), abs=1e-6)
 
 
-def test_normal_as_near_to_two_sides_of_a_box_is_between_them():
+def test_normal_equidistant_from_two_sides_of_a_box_is_between_them():
     """Within rounding of the distances, so that mirrored bodies press alike."""
     places = np.array([[0.025, 0.025 + 1e-12, 0.0], [-0.025, 0.025 - 1e-12, 0.0]])
     normals = foundation._gradient(Box((0.03, 0.03, 0.03)), places)
@@ -254,7 +254,7 @@ def test_points_at_the_border_of_a_flat_part_are_found():
     "swapped",
     [pytest.param(False, id="convex first"), pytest.param(True, id="flat first", marks=pytest.mark.long)],
 )
-def test_readings_of_two_links_in_contact_agree_on_bent_skin(swapped):
+def test_readings_of_two_links_in_contact_agree_on_curved_skin(swapped):
     """One side determines the force; both sides read the same, though the reading differs from the resultant."""
     robot, flat = pair()
     left, right = flat.patches
@@ -274,7 +274,7 @@ def test_readings_of_two_links_in_contact_agree_on_bent_skin(swapped):
 
 
 @pytest.mark.long
-def test_distant_body_is_searched_once():
+def test_distant_body_needs_one_search():
     ball = thing("sphere", at=(0.2, 0.0, 1.0), mass=0.4)
     simulation = Simulation(bar(), FINE, EFFECTS, objects=(ball,))
     simulation.step(10, no_command(bar()))
@@ -287,7 +287,7 @@ def test_distant_body_is_searched_once():
 
 
 @pytest.mark.long
-def test_deep_below_only_the_side_that_faces_is_pressed():
+def test_deep_body_presses_only_the_side_that_faces_it():
     """A plane that swallows a tube presses its underside alone."""
     simulation = held("plane", 1e-3)
     assert (simulation.sense() >= 0).all()
@@ -298,7 +298,7 @@ def test_deep_below_only_the_side_that_faces_is_pressed():
 
 
 @pytest.mark.long
-def test_a_body_that_presses_the_layer_through_is_refused_by_name():
+def test_body_that_presses_through_the_cover_is_rejected_by_name():
     """It would sink in altogether and meet no spring any more."""
     ball = thing("sphere", at=(0.2, 0.0, 0.0399), mass=50.0, guided=True)
     robot = bar(hinged=False)

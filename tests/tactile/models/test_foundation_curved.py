@@ -76,7 +76,7 @@ def dense(radius: float, distance, cells: int = 1200) -> float:
 
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("radius", SKINS)
-def test_closed_form_is_the_dense_sum(radius):
+def test_closed_form_equals_the_dense_sum(radius):
     """And a nearly flat sphere has the force of a flat bed, pi K (R - d) d^2."""
     ball, depth = 0.04, 1e-3
 
@@ -99,7 +99,7 @@ def pressed(radius: float, kind: str, depth: float, height: float, **stated) -> 
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("radius", SKINS)
 @pytest.mark.parametrize(("ball", "depth"), [(0.02, 1e-3), (0.02, 2e-3), (0.04, 1e-3), (0.05, 5e-4), (0.05, 2e-3)])
-def test_ball_presses_a_bowl_and_a_dome_as_the_integral_states(radius, ball, depth):
+def test_ball_force_in_bowl_and_on_dome_matches_the_integral(radius, ball, depth):
     """Force within 3 %: the facets of the skin are up to 6 um off the sphere. The reading follows the force."""
     simulation = pressed(radius, "sphere", depth, ball, size=(ball,))
     force = -simulation.wrenches()["bar"][2]
@@ -113,7 +113,7 @@ def test_ball_presses_a_bowl_and_a_dome_as_the_integral_states(radius, ball, dep
 
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("radius", [0.06, 0.1])
-def test_roller_presses_a_dome_as_the_dense_sum_states(radius):
+def test_roller_force_on_a_dome_matches_the_dense_sum(radius):
     size, depth = 0.015, 1e-3
 
     def distance(points):
@@ -126,7 +126,7 @@ def test_roller_presses_a_dome_as_the_dense_sum_states(radius):
 @pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("radius", SKINS)
-def test_weight_rests_as_deep_in_a_bowl_and_a_dome_as_the_integral_states(radius):
+def test_depth_of_a_weight_in_bowl_and_on_dome_matches_the_integral(radius):
     ball, mass = 0.03, 0.4
     expected = brentq(lambda deep: on_sphere(radius, ball, deep)[0] - mass * GRAVITY, 1e-5, 5e-3)
     robot, skin = spherical_skin(radius)

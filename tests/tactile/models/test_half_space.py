@@ -67,7 +67,7 @@ def test_small_contact_follows_boussinesq():
 
 
 @pytest.mark.parametrize("depth", [4e-3, 8e-3])
-def test_grouped_points_keep_the_place_of_a_contact(depth):
+def test_grouping_points_keeps_the_position_of_a_contact(depth):
     skin = each_point_a_taxel(bar_skin(finer=2))
     at = places(skin)
     rows = np.flatnonzero(np.linalg.norm(at - MIDDLE, axis=1) < 0.01)
@@ -80,7 +80,7 @@ def test_grouped_points_keep_the_place_of_a_contact(depth):
 
 
 @pytest.mark.long
-def test_even_pressure_on_a_disc_follows_love_on_its_axis():
+def test_uniform_pressure_on_a_disc_follows_love_on_its_axis():
     points = quadrature_points(FINE)
     radius = 0.012
     depth = 0.005
@@ -108,7 +108,7 @@ def test_seam_between_patches_of_a_link_is_not_a_border():
 
 
 @pytest.mark.long
-def test_the_far_side_of_a_thin_link_feels_nothing():
+def test_far_side_of_a_thin_link_has_zero_readings():
     plate = FINE.patches[0].surface
     back = Mesh(plate.vertices - [0, 0, 0.002], plate.faces[:, ::-1])
     both = (

@@ -25,7 +25,7 @@ def press(point, force=5.0, *, normal=UP, link="bar"):
 
 
 @pytest.mark.long
-def test_the_taxel_of_the_nearest_facing_point_feels_all():
+def test_taxel_of_the_nearest_facing_point_reads_the_whole_force():
     skin = arm().skin
     points = quadrature_points(skin)
     felt = PointModel(skin)
@@ -42,7 +42,7 @@ def test_the_taxel_of_the_nearest_facing_point_feels_all():
         assert felt.notes == ()
 
 
-def test_edge_bears_load_and_load_outside_the_skin_is_noted():
+def test_edge_carries_load_and_load_off_the_skin_is_noted():
     edge = FELT.pressures([press((0.005, 0, 0.02), normal=np.array([-1.0, 0, 0]))])
     assert edge @ SKIN.areas == pytest.approx(5.0, rel=1e-12)
     assert not FELT.pressures([press((-0.2, 0, 0.02))]).any()
@@ -51,7 +51,7 @@ def test_edge_bears_load_and_load_outside_the_skin_is_noted():
 
 @pytest.mark.parametrize("normal", [UP, np.array([-1.0, 0.0, 0.0])], ids=["facing", "edge"])
 @pytest.mark.parametrize("shape", [Sphere(0.02), Box((0.03, 0.03, 0.01))], ids=["ball", "box"])
-def test_all_models_agree_about_what_touches_the_skin(shape, normal):
+def test_all_models_agree_on_which_bodies_touch_the_skin(shape, normal):
     """The border of the skin is at x = 0.01 m; the body is moved beyond it, up to 60 mm."""
     models = (FELT, WaterFillModel(SKIN), PunchModel(SKIN), HalfSpaceModel(SKIN))
     felt = set()

@@ -40,7 +40,7 @@ def off(skin: Skin, pressures, load: Load) -> float:
 
 @pytest.mark.parametrize("radius", [0.01, 0.05, 0.4])
 @pytest.mark.parametrize("by", [(0, 0, 0), (1e-3, 0, 0), (-0.5e-3, 2e-3, 1e-3)])
-def test_force_and_centre_are_the_loads(radius, by):
+def test_force_and_centre_equal_those_of_the_load(radius, by):
     model = PunchModel(FLAT)
     load = shifted(sphere_load("bar", MIDDLE + [1e-3, 2e-3, 0], UP, 20.0, radius), by)
     pressures = model.pressures([load])
@@ -51,7 +51,7 @@ def test_force_and_centre_are_the_loads(radius, by):
         assert off(FLAT, WaterFillModel(FLAT).pressures([load]), load) > 1e-4, "water-fill believes the body"
 
 
-def test_a_box_on_its_edge_is_matched_too():
+def test_force_and_centre_of_a_box_on_its_edge_are_matched():
     load = Load(
         "bar", MIDDLE + [0.004, 0.003, 0], UP, 30.0, Box((0.02, 0.01, 0.01)), Pose(np.eye(3), MIDDLE + [0, 0, 0.0095])
     )
@@ -93,14 +93,14 @@ def test_centre_outside_the_points_keeps_the_force_and_is_noted():
     assert model.notes == (), "notes are of the last reading"
 
 
-def test_a_contact_smaller_than_the_points_are_apart_is_not_missed():
+def test_contact_smaller_than_the_point_spacing_is_detected():
     skin = bar_skin()
     for step in np.linspace(0, 8e-3, 9):
         load = sphere_load("bar", MIDDLE + [step, 0.3 * step, 0], UP, 0.5, 0.002)
         assert PunchModel(skin).pressures([load]) @ skin.areas == pytest.approx(0.5, rel=1e-9)
 
 
-def test_a_wide_tilt_reaches_points_that_the_straight_body_would_not_touch():
+def test_large_tilt_reaches_points_that_the_untilted_body_does_not_touch():
     """The neighbourhood is searched again, wider, until the tilted body is all in it."""
     skin = FLAT
     load = Load("bar", MIDDLE + [0.03, 0, 0], UP, 200.0, Sphere(2.0), Pose(np.eye(3), MIDDLE + [0, 0, 2.0]))

@@ -44,7 +44,7 @@ def test_released_skin_keeps_locked_shear_that_sums_to_zero():
     np.testing.assert_allclose(sums(made, skin), 0.0, atol=1e-12)
 
 
-def test_points_that_are_touched_anew_carry_no_shear_of_others():
+def test_newly_touched_points_start_without_shear():
     skin = bar_skin(400, finer=2)
     made = model(skin)
     made.pressures([ball(0.1, (1.2, 0.0))])
@@ -62,7 +62,7 @@ def test_returning_contact_starts_without_shear():
 
 
 @pytest.mark.parametrize("shear", [(0.7, 0.0), (-0.5, 0.9), (1.5, 0.0)])
-def test_the_sum_of_traction_times_area_is_the_shear_of_all_loads(shear):
+def test_sum_of_traction_times_area_is_the_shear_of_all_loads(shear):
     skin = bar_skin(400, finer=2)
     made = model(skin)
     made.pressures([ball(0.1, shear), ball(0.3, (0.2, -0.1), force=5.0)])

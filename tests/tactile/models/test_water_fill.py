@@ -26,7 +26,7 @@ def press(point, force=5.0, radius=0.008, *, link="bar", normal=UP):
 
 
 @pytest.mark.long
-def test_sphere_on_a_flat_bed_sinks_by_winklers_formula():
+def test_sphere_on_a_flat_bed_sinks_by_the_winkler_formula():
     """F = π K R d² for a shallow sphere: the peak pressure is K d, and the touched area 2 π R d."""
     skin = bar_skin(1500, finer=4)
     force = 60.0
@@ -68,7 +68,7 @@ def test_taxels_agree_with_a_dense_integral():
         (Plane(), 0.0, 0.38 * 0.1),
     ],
 )
-def test_flat_bodies_press_evenly_over_their_face(shape, high, area):
+def test_flat_bodies_press_uniformly_over_their_face(shape, high, area):
     skin = bar_skin(1500, finer=4)
     turn = np.diag([1.0, -1, -1])  # the plane's solid side is up
     load = Load("bar", MIDDLE, UP, 5.0, shape, Pose(turn, MIDDLE + high * UP))
@@ -77,7 +77,7 @@ def test_flat_bodies_press_evenly_over_their_face(shape, high, area):
     assert np.median(pressures[pressures > 0]) == pytest.approx(5.0 / area, rel=0.05)
 
 
-def test_a_tilted_box_presses_with_its_edge():
+def test_tilted_box_presses_with_its_edge():
     turn = np.array([[np.cos(0.5), 0, np.sin(0.5)], [0, 1, 0], [-np.sin(0.5), 0, np.cos(0.5)]])
     edge = turn @ [0.02, 0, -0.02]
     load = Load("bar", MIDDLE, UP, 5.0, Box((0.02, 0.02, 0.02)), Pose(turn, MIDDLE - edge))
@@ -87,7 +87,7 @@ def test_a_tilted_box_presses_with_its_edge():
     assert abs(centre[1]) < 0.006
 
 
-def test_the_depth_of_the_body_in_the_skin_does_not_matter():
+def test_readings_do_not_depend_on_the_depth_of_the_body():
     shallow = FELT.pressures([press(MIDDLE)])
     for depth in (-0.01, 0.001, 0.004):
         load = sphere_load("bar", MIDDLE, UP, 5.0, 0.008, depth=depth)
@@ -107,7 +107,7 @@ def test_earlier_loads_do_not_change_a_reading():
         assert covered.pressures([load]).tobytes() == WaterFillModel(SKIN).pressures([load]).tobytes()
 
 
-def test_a_force_that_jumps_finds_the_points_it_needs():
+def test_sudden_force_is_spread_over_all_required_points():
     for force in (1e-3, 50.0, 1e-9, 1e6, 1e290, 1.0):
         pressures = FELT.pressures([press(MIDDLE, force)])
         assert pressures @ SKIN.areas == pytest.approx(force, rel=1e-12)
@@ -123,7 +123,7 @@ def test_load_outside_the_skin_is_noted_and_not_read():
     assert FELT.notes == ()
 
 
-def test_a_body_against_the_edge_is_borne_by_the_nearest_point():
+def test_body_at_the_edge_is_carried_by_the_nearest_point():
     load = press((0.005, 0, 0.02), normal=np.array([-1.0, 0, 0]))
     pressures = FELT.pressures([load])
     assert pressures @ SKIN.areas == pytest.approx(5.0, rel=1e-12)
@@ -132,7 +132,7 @@ def test_a_body_against_the_edge_is_borne_by_the_nearest_point():
     assert note == ContactNote(ContactNoteKind.SKIN_EDGE, ("bar",))
 
 
-def test_the_far_side_of_a_thin_link_does_not_feel():
+def test_far_side_of_a_thin_link_has_zero_readings():
     skin = arm().skin
     taxels = skin.patches[1].taxels
     load = sphere_load("forearm", taxels.positions[10], taxels.normals[10], 8.0, 0.2)

@@ -46,7 +46,7 @@ def test_default_keys_are_unique_and_not_reserved():
 
 
 @pytest.mark.long
-def test_every_rule_holds_a_bool_in_every_state():
+def test_every_rule_returns_a_bool_in_every_state():
     count = 0
     for state in states():
         for spec in SPECS.values():

@@ -58,7 +58,7 @@ def test_higher_pressure_is_darker_also_to_colour_blind_users(eye):
 
 
 @pytest.mark.parametrize("eye", EYES)
-def test_a_sixteenth_of_the_scale_is_a_visible_step(eye):
+def test_colour_difference_of_a_sixteenth_of_the_scale_is_visible(eye):
     colours = lab(seen(eye))[::16]
     assert np.linalg.norm(np.diff(colours, axis=0), axis=1).min() > 2.3  # one just noticeable difference
 
@@ -77,7 +77,7 @@ def test_pressures_have_the_colours_of_the_table():
     assert middle.tolist() in scale.table[126:130].tolist()
 
 
-def test_qimage_words_contain_the_same_colours():
+def test_packed_qimage_pixels_contain_the_same_colours():
     scale = PressureScale()
     for entry in (0, 100, 255):
         colour = QColor.fromRgb(int(scale.lut[entry]))

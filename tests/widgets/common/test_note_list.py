@@ -39,7 +39,7 @@ def test_long_text_wraps_over_as_many_lines_as_needed(made):
 
 
 @pytest.mark.parametrize("width", [60, 90, 133, 211])
-def test_lines_break_between_words_and_within_one_only_that_is_longer_than_a_line(made, width):
+def test_lines_break_between_words_unless_a_word_exceeds_a_line(made, width):
     text = f"a path drawn on the map is kept in {'/folders' * 9} as\nwas said"
     layout = _wrapped(text, made.font(), width)
     lines = [layout.lineAt(number) for number in range(layout.lineCount())]
@@ -56,7 +56,7 @@ def test_newest_note_is_on_top_and_the_oldest_is_dropped(made):
     assert [note.head for note in made.notes] == ["New", "Missing mesh, a.stl"]
 
 
-def test_fault_has_a_mark_and_an_empty_list_explains_itself(made):
+def test_fault_is_marked_and_an_empty_list_shows_an_explanation(made):
     palette = made.palette()
     palette.setColor(palette.ColorRole.BrightText, "#e03131")
     made.setPalette(palette)

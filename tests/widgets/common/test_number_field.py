@@ -35,7 +35,7 @@ def test_number_outside_the_limits_is_shown_but_cannot_be_typed(qtbot):
     assert field.text() == "—"
 
 
-def test_words_have_no_unit_once_the_field_is_shown(qtbot):
+def test_special_values_in_words_have_no_unit(qtbot):
     field = NumberField("Force", "N", 1.0, 5.0, 0.5, "How hard")
     qtbot.addWidget(field)
     field.show_number(math.inf)

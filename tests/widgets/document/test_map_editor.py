@@ -53,7 +53,7 @@ def test_edit_without_a_change_is_not_a_step(editor):
     assert editor.heard == []
 
 
-def test_rejected_edit_changes_nothing_and_reports_the_reason(editor):
+def test_rejected_edit_reports_the_reason_without_changes(editor):
     first = editor.document
     assert not editor.do("Rename", lambda document: rename_patch(document, 0, ""))
     assert editor.document is first
@@ -235,7 +235,7 @@ def test_patches_that_do_not_exist_are_not_selected(editor):
     assert editor.selected == (0, 2)
 
 
-def test_result_for_the_document_before_is_dropped(editor, worker):
+def test_result_for_a_previous_document_is_dropped(editor, worker):
     first = editor.document
     editor.ask(lambda document: set_method(document, [0], "lscm"))
     editor.open(MapDocument.of(first.map))

@@ -60,7 +60,7 @@ def test_unchanged_selection_is_not_reported(selection):
     assert selection.heard == [[1], []]
 
 
-def test_select_all_clear_and_invert(selection):
+def test_selection_can_be_cleared_inverted_and_set_to_all(selection):
     take(selection, [0, 19])
     selection.invert()
     assert selection.taxels.tolist() == list(range(1, 19))

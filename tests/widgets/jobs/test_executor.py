@@ -146,7 +146,7 @@ def test_result_arrives_whole_and_read_only_from_a_process(shared_process, log, 
     assert not array.flags.writeable
 
 
-def test_error_of_a_function_fails_its_job_alone(executor, log, wait):
+def test_error_of_a_function_fails_only_its_job(executor, log, wait):
     log.start(executor, reject, 7)
     log.start(executor, square, 1)
     wait(executor)
@@ -190,7 +190,7 @@ def test_value_that_cannot_be_made_fails_each_job_that_needs_it(executor, log, w
 
 
 @pytest.mark.long
-def test_arguments_wait_here_until_the_process_reads(process, log, wait):
+def test_arguments_wait_in_the_window_until_the_process_reads_them(process, log, wait):
     """A pipe holds 64 kB: writing a larger argument before the process reads would block the window."""
     process.close()
     jobs = [log.start(process, square, np.ones(10**5)) for _ in range(2)]
@@ -332,7 +332,7 @@ def test_event_loop_runs_between_reading_a_result_and_delivering_it(process, log
 
 
 @pytest.mark.parametrize("jobs", [(), ((square, (2,)),)], ids=["before it is ready", "while it works"])
-def test_process_ends_quietly_when_the_window_has_gone(jobs):
+def test_process_ends_without_output_after_the_window_has_closed(jobs):
     ours, theirs = mp.Pipe()
     for job in jobs:
         ours.send(job)

@@ -52,7 +52,7 @@ def test_no_row_moves_when_a_controller_is_chosen(window, task):
 
 
 @pytest.mark.long
-def test_no_row_moves_when_the_skin_is_touched_and_let_go(window):
+def test_no_row_moves_when_the_skin_is_touched_and_released(window):
     before = rows(window)
     pixel = press_map(window, 70)
     run(window, 0.4)

@@ -42,7 +42,7 @@ def _states(panel):
     return [text.rsplit(", ", 1)[1] for text in _rows(panel, Qt.ItemDataRole.AccessibleTextRole)]
 
 
-def test_steps_are_named_and_the_present_one_marked(panel, editor):
+def test_steps_are_named_and_the_current_one_is_marked(panel, editor):
     assert not panel.list.isVisible(), "nothing was done yet"
     _move(editor, 3)
     assert _rows(panel) == ["Open", "Move 1", "Move 2", "Move 3"]
@@ -53,7 +53,7 @@ def test_steps_are_named_and_the_present_one_marked(panel, editor):
     assert panel.list.height() == 4 * ROW
 
 
-def test_a_click_goes_to_the_step(panel, editor):
+def test_click_selects_the_step(panel, editor):
     _move(editor, 3)
     QApplication.processEvents()
     QTest.mouseClick(panel.list.viewport(), LEFT, Qt.KeyboardModifier.NoModifier, QPoint(60, ROW + 4))
@@ -65,7 +65,7 @@ def test_a_click_goes_to_the_step(panel, editor):
     assert editor.history.position == 3
 
 
-def test_keys_go_to_a_step_with_enter(panel, editor):
+def test_enter_selects_the_step_chosen_by_keys(panel, editor):
     _move(editor, 2)
     panel.list.setFocus()
     QTest.keyClick(panel.list, Qt.Key.Key_Up)
@@ -74,14 +74,14 @@ def test_keys_go_to_a_step_with_enter(panel, editor):
     assert editor.history.position == 1
 
 
-def test_a_new_step_after_undo_replaces_what_was_undone(panel, editor):
+def test_new_step_replaces_undone_steps(panel, editor):
     _move(editor, 2)
     editor.undo()
     editor.do("Another way", partial(move, numbers=[1], by=(0.001, 0.0)))
     assert _rows(panel) == ["Open", "Move 1", "Another way"]
 
 
-def test_the_list_stays_at_the_present_step(panel, editor):
+def test_list_keeps_the_current_step_visible(panel, editor):
     _move(editor, 40)
     QApplication.processEvents()
     assert panel.list.height() < 41 * ROW
@@ -90,7 +90,7 @@ def test_the_list_stays_at_the_present_step(panel, editor):
     assert panel.list.viewport().rect().contains(panel.list.visualRect(panel.steps.index(5)))
 
 
-def test_a_list_that_was_folded_opens_at_the_present_step(panel, editor):
+def test_unfolded_list_shows_the_current_step(panel, editor):
     panel.set_folded(True)
     _move(editor, 40)
     panel.set_folded(False)
@@ -105,14 +105,14 @@ def test_replay_does_not_change_the_step(panel, editor):
     assert editor.history.position == 2
 
 
-def test_another_document_starts_another_list(panel, editor, prepared):
+def test_another_document_starts_a_new_list(panel, editor, prepared):
     _move(editor, 3)
     editor.open(MapDocument.of(prepared.map), name="Load")
     assert _rows(panel) == ["Load"]
 
 
 @pytest.mark.long
-def test_cost_of_a_thousand_steps_is_that_of_twenty(panel, editor):
+def test_update_cost_does_not_grow_with_the_number_of_steps(panel, editor):
     def show():
         panel._on_history_changed()
         panel.steps.items = ()  # as if all were another history

@@ -68,7 +68,7 @@ def test_slider_returns_the_set_value(qtbot):
     assert "∞" in texts(slider)[-1]
 
 
-def test_a_slider_moves_by_keys(qtbot):
+def test_slider_moves_by_keys(qtbot):
     slider = shown(qtbot, LabelledSlider("Gain", "N", 0.0, 10.0, 0.5, "tip"))
     got = []
     slider.value_changed.connect(got.append)
@@ -78,7 +78,7 @@ def test_a_slider_moves_by_keys(qtbot):
     assert "3.5\u202fN" in texts(slider)
 
 
-def test_slider_reports_rest_when_released(qtbot):
+def test_slider_reports_the_end_of_a_drag_when_released(qtbot):
     slider = shown(qtbot, LabelledSlider("Gain", "N", 0.0, 10.0, 0.5, "tip"))
     rested = []
     handle = slider._slider
@@ -100,7 +100,7 @@ def test_slider_reports_rest_when_released(qtbot):
     assert rested == [4.0, 5.5]
 
 
-def test_a_slider_of_values_that_differ_has_no_number(qtbot):
+def test_slider_of_differing_values_shows_no_number(qtbot):
     slider = shown(qtbot, LabelledSlider("Gain", "N", 0.0, 10.0, 0.5, "tip"))
     slider.set_mixed()
     assert texts(slider) == ["Gain", "—"]
@@ -108,7 +108,7 @@ def test_a_slider_of_values_that_differ_has_no_number(qtbot):
     assert texts(slider) == ["Gain", "5.0\u202fN"]
 
 
-def test_a_heading_folds_its_panel(qtbot):
+def test_heading_folds_its_panel(qtbot):
     panel = shown(qtbot, TimingPanel())
     folded = []
     panel.folded_changed.connect(folded.append)
@@ -142,7 +142,7 @@ def column(qtbot, prepared):
 
 
 @pytest.mark.long
-def test_the_column_tells_which_panels_are_folded(column):
+def test_column_reports_folded_panels(column):
     at_first = (
         "skin-check-panel",
         "simulated-skin-panel",
@@ -164,7 +164,7 @@ def test_the_column_tells_which_panels_are_folded(column):
 
 
 @pytest.mark.long
-def test_a_folded_panel_out_of_sight_is_revealed(column):
+def test_folded_panel_out_of_sight_is_revealed(column):
     orders = []
     column.folded_changed.connect(orders.append)
     column.set_folded(["timing-panel"])
@@ -241,7 +241,7 @@ class Extra(Panel):
 
 
 @pytest.mark.long
-def test_a_panel_needs_one_line(qtbot, editor, prepared, touched):
+def test_panel_is_registered_in_one_line(qtbot, editor, prepared, touched):
     """Its place, scenes, frames, theme, session and folding come from its spec and the hooks."""
     session = SessionHost(backends=INLINE)
     selection = TaxelSelection()
@@ -283,7 +283,7 @@ def test_a_panel_needs_one_line(qtbot, editor, prepared, touched):
         (ControlSettings(controller="hold_force", force_goal=3.3), "force_gain", "force_goal"),
     ],
 )
-def test_only_the_gain_that_was_moved_changes(qtbot, settings, moved, kept):
+def test_moving_a_slider_changes_only_its_gain(qtbot, settings, moved, kept):
     panel = shown(qtbot, ControllerPanel())
     panel.show_settings(settings)
     got = []
@@ -334,7 +334,7 @@ def test_contacts_are_listed_with_units_and_cleared(qtbot, touched):
     assert region.link not in texts(panel)
 
 
-def test_effects_say_what_is_on_and_why(qtbot, prepared):
+def test_effects_panel_states_active_effects_with_reasons(qtbot, prepared):
     panel = shown(qtbot, EffectsPanel())
     panel.show_prepared(prepared)
     panel.show_prepared(prepared)
@@ -344,7 +344,7 @@ def test_effects_say_what_is_on_and_why(qtbot, prepared):
 
 
 @pytest.mark.long
-def test_quality_is_empty_then_measuring_then_measured(qtbot, coarse_prepared):
+def test_quality_panel_is_empty_then_measuring_then_filled(qtbot, coarse_prepared):
     prepared = coarse_prepared
     panel = shown(qtbot, QualityPanel())
     assert any("Open a robot" in text for text in texts(panel))
@@ -357,7 +357,7 @@ def test_quality_is_empty_then_measuring_then_measured(qtbot, coarse_prepared):
 
 
 @pytest.mark.long
-def test_times_follow_the_work_and_say_real_time(qtbot, touched):
+def test_timing_panel_shows_stage_times_and_real_time_factor(qtbot, touched):
     panel = shown(qtbot, TimingPanel())
     for milliseconds in (1.0, 2.0, 9.0):
         panel.add(VIEW_STAGE, milliseconds)
@@ -371,7 +371,7 @@ def test_times_follow_the_work_and_say_real_time(qtbot, touched):
     assert panel.findChild(QLabel, f"timing-{VIEW_STAGE}").text() == "–"
 
 
-def test_stage_that_ended_before_it_was_listed_is_forgotten(qtbot, touched):
+def test_stage_that_ended_before_it_was_listed_is_dropped(qtbot, touched):
     panel = shown(qtbot, TimingPanel())
     panel.add("receive", 1.0)
     panel.show_frame(touched)

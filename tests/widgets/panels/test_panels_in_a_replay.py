@@ -60,7 +60,7 @@ def texts(window, panel):
     return shown
 
 
-def test_patches_are_those_of_the_recording(window, recording):
+def test_panel_lists_the_patches_of_the_recording(window, recording):
     session = ["Biceps", "forearm", "hand"]
     assert texts(window, "patches")[-3:] == session
     window.live.open_recording(recording)

@@ -96,7 +96,7 @@ def test_frames_in_quick_succession_do_not_postpone_paced_plots(prepared, qtbot,
     qtbot.waitUntil(lambda: drawn(plots, 0) == [20, 20])
 
 
-def test_plots_are_drawn_every_second_however_long_one_update_takes(plots, monkeypatch):
+def test_plots_are_drawn_every_second_even_with_slow_updates(plots, monkeypatch):
     monkeypatch.setattr(plots, "_since_drawn", Mock(elapsed=Mock(return_value=5000)))
     plots._redraw()
     assert plots._rest_ms == MAX_REST_MS == 1000

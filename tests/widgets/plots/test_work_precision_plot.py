@@ -76,7 +76,7 @@ def test_points_are_at_their_logarithms_within_the_canvas(plot):
 
 
 @pytest.mark.long
-def test_zero_error_is_lowest_and_labelled_zero(plot):
+def test_zero_error_is_drawn_lowest_and_labelled_zero(plot):
     assert place(plot, EXACT).y() > place(plot, SECOND).y()
     low = plot.canvas.left_axis.zero
     assert plot.canvas.left_axis.tickStrings([low, 1.0], 1, 1) == ["0", "10"]
@@ -90,7 +90,7 @@ def test_click_on_a_point_chooses_its_setting(plot, qtbot):
 
 
 @pytest.mark.long
-def test_click_off_points_on_the_current_setting_or_on_an_iteration_chooses_nothing(plot, qtbot):
+def test_click_off_points_or_on_the_current_setting_or_an_iteration_has_no_effect(plot, qtbot):
     on_the_way = DIAGRAM.points[0]
     with qtbot.assertNotEmitted(plot.chosen):
         click(plot, qtbot, place(plot, SECOND) + QPoint(-30, -30))
@@ -216,13 +216,13 @@ def test_curves_differ_with_and_without_colour():
     ("value", "text"),
     [(0, "0"), (0.0123456, "0.0123"), (1.5, "1.5"), (12.34, "12.3"), (639.4, "639"), (20000, "20000"), (1e-7, "1e-07")],
 )
-def test_numbers_have_three_digits(value, text):
+def test_readout_numbers_have_three_digits(value, text):
     assert format_number(value) == text
 
 
 @pytest.mark.parametrize(("low", "high"), [(-3, 2), (0.7, 1.7), (1.02, 1.34), (1.30, 1.31), (-8, 9)])
 @pytest.mark.parametrize("share", [0.05, 0.15, 0.4])
-def test_labels_are_round_and_never_crowded(low, high, share):
+def test_axis_labels_are_round_and_do_not_overlap(low, high, share):
     room = share * (high - low)
     ticks = log_ticks(low, high, room)
     assert len(ticks) >= 2

@@ -42,7 +42,7 @@ def test_message_is_shown_as_plain_text(window):
     assert window.notification_bar.findChild(QLabel, "message-text").textFormat() == Qt.TextFormat.PlainText
 
 
-def test_information_leaves_by_itself_and_a_failure_with_the_next_document(window, monkeypatch, prepared):
+def test_information_disappears_by_itself_and_a_failure_with_the_next_document(window, monkeypatch, prepared):
     bar = window.notification_bar
     now = time.monotonic()
     window.notifier.say("Saved a.mcap")
@@ -77,7 +77,7 @@ def test_messages_are_a_stack_of_three_that_keeps_failures(window):
     assert [message.text for message in bar.messages] == ["Saved c.csv", "Saved d.csv"]
 
 
-def test_offer_stays_while_other_messages_come_and_go(window):
+def test_offer_remains_while_other_messages_appear_and_disappear(window):
     window.notifier.offer("Restore the edits?", remedies=[], dismiss="Later")
     for name in "abcd":
         window.notifier.say(f"Saved {name}.csv")
@@ -86,7 +86,7 @@ def test_offer_stays_while_other_messages_come_and_go(window):
     assert [message.text for message in window.notification_bar.messages] == ["Saved c.csv", "Saved d.csv"]
 
 
-def test_failure_leaves_once_the_same_operation_succeeds(window, tmp_path):
+def test_failure_disappears_once_the_same_operation_succeeds(window, tmp_path):
     files = window.presenters.map_files
     good = tmp_path / "good.npz"
     files._save(good)
@@ -127,7 +127,7 @@ def test_every_operation_that_can_fail_can_succeed():
 
 
 @pytest.mark.parametrize("width", [1107, 1400])
-def test_message_is_at_the_lower_right_and_clear_of_the_colour_bar(window, width):
+def test_message_is_at_the_lower_right_without_covering_the_colour_bar(window, width):
     window.resize(width, 768)
     for name in "abcd":
         window.notifier.fault(f"A long message about the file {name} that cannot be read. " * 3)

@@ -145,7 +145,7 @@ def test_shift_clicks_hold_fingers_and_shift_drags_do_not(window):
     assert not held(window)
 
 
-def test_target_path_plot_frame_and_copy(window):
+def test_menu_sets_target_draws_path_plots_frames_and_copies(window):
     at, places = pixels(window)
     session = window.live.runner.session
     choose(right_click(window, "robot", places["robot"]), "target")

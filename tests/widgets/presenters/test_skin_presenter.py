@@ -252,7 +252,7 @@ def test_path_on_a_removed_link_is_reported_and_returns_with_undo(window):
 
 
 @pytest.mark.long
-def test_path_of_the_file_that_a_new_skin_lacks_is_no_unsaved_change(window, tmp_path):
+def test_path_of_a_file_dropped_by_a_new_skin_is_not_an_unsaved_change(window, tmp_path):
     path = draw_path(window, "hand")
     file = tmp_path / "own.toml"
     scene = window.presenters.scene_file
@@ -318,7 +318,7 @@ def test_other_links_keep_skin_and_map_to_the_last_digit_when_one_is_covered_and
 
 
 @pytest.mark.long
-def test_steps_of_the_skin_alone_leave_the_map_unedited(window, tmp_path, monkeypatch):
+def test_skin_steps_do_not_count_as_map_edits(window, tmp_path, monkeypatch):
     for link in ("wrist", "elbow"):
         offered(window, link)["cover"].run()
         run(window, 0.02)
@@ -350,7 +350,7 @@ def test_covered_link_gets_the_density_of_the_others_and_the_path_stays(window):
 
 
 @pytest.mark.long
-def test_behaviours_and_contact_detection_survive_a_change_of_the_skin(window):
+def test_behaviours_and_contact_detection_are_kept_after_a_change_of_the_skin(window):
     reading = replace(window.live.run.settings.reading, estimator="tikhonov")
     window.live.set_reading(reading)
     run(window, 0.02)
@@ -360,7 +360,7 @@ def test_behaviours_and_contact_detection_survive_a_change_of_the_skin(window):
 
 
 @pytest.mark.long
-def test_reason_is_stated_where_the_skin_cannot_be_changed(window, tmp_path):
+def test_reason_is_stated_if_the_skin_cannot_be_changed(window, tmp_path):
     panel = panel_of(window)
     assert refusal(window) == ""
     window.live.recording.start(tmp_path / "a.mcap")

@@ -152,7 +152,7 @@ def test_layer_is_shown_and_hidden(still, prepared, name):
 
 
 @pytest.mark.long
-def test_dots_show_taxels_and_nothing_between(still, prepared):
+def test_dots_are_drawn_at_taxels_only(still, prepared):
     bare = body(still)
     still.action("mark_dots").trigger()
     shown = look(still.map_view).reshape(-1, 3)[:, :3]
@@ -184,7 +184,7 @@ def test_overlays_are_restored_at_the_next_start(still, prepared, backends):
 
 
 @pytest.mark.parametrize("overlays", [OverlayOptions(), OverlayOptions(BaseLayer.AREA, frozenset({"border", "dots"}))])
-def test_overlay_settings_survive_a_round_trip(overlays):
+def test_overlay_settings_are_restored_from_text(overlays):
     assert OverlayOptions.from_text(overlays.to_text()) == overlays
     for strange in ("", "  ", "sunset dots", "\x00"):
         assert OverlayOptions.from_text(strange) is None

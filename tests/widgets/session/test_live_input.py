@@ -72,7 +72,7 @@ def test_recorded_readings_give_contacts_and_postures(live, prepared, readings):
     assert (facts.readings, facts.calibrated, silent) == (20, True, ())
 
 
-def test_failed_connection_changes_nothing(live, tmp_path):
+def test_failed_connection_keeps_the_session(live, tmp_path):
     runner = live.runner
     for settings in (
         LiveInputSettings("carrier pigeon"),
@@ -250,7 +250,7 @@ def send_reading(board, force, sequence, clock):
 
 
 @pytest.mark.long
-def test_second_sender_is_refused_while_motion_is_sent(qtbot, driven):
+def test_second_sender_is_rejected_while_motion_is_sent(qtbot, driven):
     live, clock, board, driver = driven
     sequence = itertools.count()
     live.send_motion(f"udp://127.0.0.1:{driver.getsockname()[1]}", MotionLimits())

@@ -174,7 +174,7 @@ def test_edited_chart_is_measured_with_the_charts_that_the_process_has(measureme
 
 
 @pytest.mark.long
-def test_chart_of_a_measurement_that_never_began_is_sent_again(measurements, notes, wait, shown):
+def test_chart_of_a_measurement_that_never_started_is_sent_again(measurements, notes, wait, shown):
     document = MapDocument.of(shown)
     edited = apply_result(document, reflatten(set_method(document, [1], "lscm"))).map
     moved = scale(MapDocument.of(edited), [0], 2.0).map
@@ -204,7 +204,7 @@ def test_death_of_the_process_is_reported_and_the_next_map_is_measured(measureme
 
 
 @pytest.mark.long
-def test_only_the_newest_costs_are_measured_and_of_effects_that_are_on(measurements, notes, wait, bar, qtbot):
+def test_only_the_newest_request_is_measured_for_enabled_effects(measurements, notes, wait, bar, qtbot):
     measurements.price(bar, with_override(bar.scene, "noise", "on").effects)
     qtbot.waitUntil(lambda: measurements._pricing.begun, timeout=LONG)
     for state in ("on", "auto"):

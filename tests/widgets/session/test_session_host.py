@@ -158,7 +158,7 @@ def test_paused_session_stays_paused_after_a_reset(live):
     assert live.mode is Mode.PAUSED
 
 
-def test_settings_requested_while_paused_survive_a_reset(live, emitted):
+def test_settings_requested_while_paused_are_kept_after_a_reset(live, emitted):
     live.set_paused(paused=True)
     live.set_settings(ControlSettings(controller="hold_force"))
     live.reset()
@@ -214,7 +214,7 @@ def test_leaving_a_replay_restores_running_or_paused(live, tmp_path, paused):
 
 
 @pytest.mark.long
-def test_replay_begins_with_its_first_frame_also_at_an_equal_tick(live, emitted, tmp_path):
+def test_replay_starts_with_its_first_frame_even_at_an_equal_tick(live, emitted, tmp_path):
     path = recorded(live, tmp_path / "same.mcap", seconds=0.0)
     live.pump()
     tick = live.runner.session.frame.tick

@@ -23,7 +23,7 @@ def run():
     return SessionRun(InlineRunner(Session(BAR, scripted=False), lambda _frame: None))
 
 
-def test_inputs_that_are_not_applied_yet_wait(run):
+def test_pending_inputs_wait_until_they_are_applied(run):
     assert run.waiting() == []
     run.submit(ControlChanged(STIFF))
     run.submit(EffectsChanged(LIMITLESS))
@@ -33,7 +33,7 @@ def test_inputs_that_are_not_applied_yet_wait(run):
     assert run.waiting() == []
 
 
-def test_requested_settings_survive_a_reset(run):
+def test_requested_settings_are_kept_after_a_reset(run):
     run.submit(EffectsChanged(LIMITLESS))
     assert not run.reset()
     run.runner.step()

@@ -112,7 +112,7 @@ def test_rejected_input_is_reported_and_time_continues(session):
     assert session.frame.tick == 19, "the requested tick is skipped"
 
 
-def test_thread_runs_by_the_clock_and_stops(thread, qtbot):
+def test_session_thread_follows_the_clock_and_can_be_stopped(thread, qtbot):
     def ran():
         with thread.lock:
             thread.take_recent()  # as a window does: on a busy machine 0.2 s of wall time are not enough
@@ -200,7 +200,7 @@ def test_session_runs_at_the_requested_speed_and_catches_up_a_tenth_of_a_second(
 
 
 @pytest.mark.long
-def test_session_waits_for_a_window_that_takes_no_frames(session):
+def test_session_pauses_while_the_window_reads_no_frames(session):
     """Half a second of looks a hundredth apart, and the frames are taken once: after two tenths the session waits."""
     clock, ended = looks(*[0.010] * 50)
     ticks_when_taken = 25

@@ -103,7 +103,7 @@ def test_wheel_zooms_at_the_pointer_and_double_click_shows_all(plots):
     assert plots.view == Span(0.0, SECONDS)
 
 
-def test_click_goes_to_the_time_and_drag_selects_a_range(plots):
+def test_click_seeks_and_drag_selects_a_range(plots):
     went = []
     ranges = []
     plots.time_chosen.connect(went.append)

@@ -92,7 +92,7 @@ def test_timeline_shows_a_recording(replay):
     assert "0:00.0 / 0:10.0" in words(replay)
 
 
-def test_mouse_scrubs(replay, heard):
+def test_mouse_drag_on_the_bar_scrubs(replay, heard):
     bar = replay.findChild(ScrubBar)
     QTest.mousePress(bar, LEFT, NONE, QPoint(round(bar.x_of(5.0)), 20))
     QTest.mouseMove(bar, QPoint(round(bar.x_of(7.5)), 30))
@@ -132,7 +132,7 @@ def test_button_shows_its_action(replay, heard):
     assert heard["played"] == [True]
 
 
-def test_speed(replay, heard):
+def test_selected_speed_applies_to_playback_and_is_kept(replay, heard):
     speeds = replay.findChild(QComboBox)
     assert [speeds.itemText(k) for k in range(speeds.count())] == ["0.1×", "0.25×", "0.5×", "1×", "2×", "5×"]
     QTest.keyClick(speeds, Qt.Key.Key_Down)
@@ -144,7 +144,7 @@ def test_speed(replay, heard):
     assert replay.playhead.speed == 2.0
 
 
-def test_held_bar_does_not_move(replay):
+def test_playback_waits_while_the_bar_is_held(replay):
     bar = replay.findChild(ScrubBar)
     replay.toggle_play()
     place = QPoint(round(bar.x_of(5.0)), 20)
@@ -164,7 +164,7 @@ def test_setting_the_time_emits_no_signal(replay, heard):
     assert heard["scrubbed"] == []
 
 
-def test_back_to_live(replay, heard, qtbot):
+def test_live_button_leaves_the_replay_and_hides_the_timeline(replay, heard, qtbot):
     replay.toggle_play()
     with qtbot.waitSignal(replay.live_requested):
         QTest.mouseClick(replay.findChild(QPushButton, "timeline-live"), LEFT)

@@ -137,7 +137,7 @@ def test_drag_off_skin_or_with_the_middle_button_moves_the_view(side, button):
 
 
 @pytest.mark.long
-def test_f_and_a_double_click_off_skin_fit_the_view(side):
+def test_key_f_and_double_click_off_the_skin_fit_the_view(side):
     at = side.view.point_at(QPointF(side.skin()))
     fitted = side.view.pixel_of(at)
     for fit in (
@@ -212,7 +212,7 @@ def test_placeholder_has_the_button_for_each_state(empty, prepared, qtbot):
     assert not button.isVisible()
 
 
-def test_empty_view_has_nothing_to_poke_and_no_pixels(empty, prepared):
+def test_empty_view_has_no_pixel_to_poke(empty, prepared):
     at = prepared.skin.taxel_point(0)
     empty.view.set_hover(at)
     QTest.mouseClick(empty.target, LEFT, NONE, QPoint(200, 200))
@@ -223,7 +223,7 @@ def test_empty_view_has_nothing_to_poke_and_no_pixels(empty, prepared):
 
 
 @pytest.mark.long
-def test_replaying_has_an_edge_and_paused_a_word(side):
+def test_replay_is_marked_by_a_frame_and_pause_by_a_label(side):
     QTest.mouseMove(side.target, OFF_SKIN)
     running = side.picture()
     side.shown.set_replaying(replaying=True)

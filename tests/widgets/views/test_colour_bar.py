@@ -49,7 +49,7 @@ def test_double_click_opens_a_field_for_the_end(bar, chosen):
     assert not editor.isVisible()
 
 
-def test_unchanged_end_emits_nothing(bar, chosen):
+def test_unchanged_end_emits_no_signal(bar, chosen):
     editor = bar.findChild(QDoubleSpinBox)
     for leave in (Qt.Key.Key_Return, Qt.Key.Key_Escape):
         QTest.keyClick(bar, Qt.Key.Key_Space)
@@ -69,7 +69,7 @@ def test_escape_discards_typed_text(bar, chosen):
 
 
 @pytest.mark.parametrize(("key", "end"), [(Qt.Key.Key_Up, 50.0), (Qt.Key.Key_Down, 10.0)])
-def test_keys_go_to_the_next_round_end(bar, chosen, key, end):
+def test_keys_select_the_next_round_end(bar, chosen, key, end):
     QTest.keyClick(bar, key)
     assert chosen == [end]
 
@@ -80,7 +80,7 @@ def test_keys_stop_at_the_last_end(bar, chosen):
     assert chosen == []
 
 
-def test_the_menu_offers_round_ends(bar, chosen):
+def test_menu_offers_round_ends(bar, chosen):
     menu = bar.build_menu()
     checked = [action.data() for action in menu.actions() if action.isChecked()]
     assert checked == [20.0]
@@ -107,7 +107,7 @@ def test_colour_bar_has_an_accessible_description(bar):
     assert "50" in bar.accessibleDescription()
 
 
-def test_the_theme_changes_its_ground(bar):
+def test_theme_changes_the_background_of_the_colour_bar(bar):
     dark = bar.grab().toImage().pixelColor(1, 1)
     bar.set_theme(LIGHT)
     assert bar.grab().toImage().pixelColor(1, 1) != dark

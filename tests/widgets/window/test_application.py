@@ -70,7 +70,7 @@ def test_program_reports_a_missing_display(on_screen, tmp_path):
 
 
 @pytest.mark.qt_log_ignore("This plugin does not support")
-def test_map_of_the_command_line_is_opened_after_its_scene(window_again, qtbot, tmp_path):
+def test_map_named_on_the_command_line_is_opened_after_its_scene(window_again, qtbot, tmp_path):
     save_document(window_again.editor.document, tmp_path / "mine.npz")
     open_when_ready(window_again, str(tmp_path / "mine.npz"))
     prepared = window_again.live.prepared
@@ -99,7 +99,7 @@ def test_unsupported_file_is_rejected_before_the_window_opens(tmp_path, monkeypa
     assert said in capsys.readouterr().err
 
 
-def test_scene_file_of_the_command_line_is_the_document(window_again, tmp_path, monkeypatch, scene_cache):
+def test_scene_file_named_on_the_command_line_is_the_document(window_again, tmp_path, monkeypatch, scene_cache):
     window = window_again
     path = tmp_path / "copied.toml"
     path.write_text(scene_to_toml(coarse(150)))

@@ -101,7 +101,7 @@ def test_timeline_keeps_home(window, tmp_path):
 
 
 @pytest.mark.long
-def test_home_and_backspace_act_on_the_window_elsewhere(window):
+def test_home_and_backspace_trigger_window_actions_outside_fields(window):
     run(window, 0.1)
     window.map_view.zoom(2.0, window.map_view.viewport().rect().center().toPointF())
     QTest.keyClick(window.robot_view, KEY.Key_Home)

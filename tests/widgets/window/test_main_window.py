@@ -101,7 +101,7 @@ def test_drag_moves_the_finger_along_the_skin(window):
 
 @pytest.mark.long
 @pytest.mark.parametrize("size", [(900, 600), (1107, 700), (1920, 1080)])
-def test_hints_cover_no_view_and_take_no_row(new_window, size):
+def test_hints_cover_no_view_and_need_no_row(new_window, size):
     bar = new_window.hint_bar
     new_window.resize(*size)
     QApplication.processEvents()
@@ -114,7 +114,7 @@ def test_hints_cover_no_view_and_take_no_row(new_window, size):
 
 
 @pytest.mark.long
-def test_hints_that_do_not_fit_are_left_out_and_none_is_cut(new_window):
+def test_hints_that_do_not_fit_are_omitted_instead_of_clipped(new_window):
     bar = new_window.hint_bar
 
     def shown():
@@ -156,7 +156,7 @@ def test_hold_force_button_starts_the_controller(window):
 
 
 @pytest.mark.long
-def test_pause_and_step(window):
+def test_paused_session_advances_by_single_steps(window):
     window.action("pause").trigger()
     assert window.live.mode is Mode.PAUSED
     tick = window.live.runner.session.frame.tick
@@ -187,7 +187,7 @@ def test_pressure_scale_is_shared_by_both_views(new_window):
 
 
 @pytest.mark.long
-def test_picture_of_the_window(new_window):
+def test_window_matches_its_snapshot(new_window):
     """Menus, bars, both views, panels and plots; the changing digits of the clock are left out."""
     new_window.hint_bar.show()
     run(new_window, 1.0)
@@ -202,7 +202,7 @@ def test_picture_of_the_window(new_window):
 
 
 @pytest.mark.long
-def test_picture_of_the_window_while_editing(new_window):
+def test_window_during_editing_matches_its_snapshot(new_window):
     """A patch moved and selected, pins in another, the stretch of areas under it all; the light theme."""
     new_window.set_theme("light")
     new_window.editor.do("Move", lambda document: move(document, [2], (0.05, -0.02)))

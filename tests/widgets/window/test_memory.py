@@ -102,7 +102,7 @@ def let_go():
 
 
 @pytest.mark.long
-def test_memory_is_flat_after_warm_up(qtbot, prepared, own_files, tmp_path, heap_bytes):
+def test_memory_is_constant_after_warm_up(qtbot, prepared, own_files, tmp_path, heap_bytes):
     heap = []
     blocks = []
     for number in range(WARM_UP + MEASURED):

@@ -75,7 +75,7 @@ def test_palette_focuses_a_setting(window, palette):
 
 
 @pytest.mark.long
-def test_disabled_command_is_listed_and_does_nothing(window, palette):
+def test_disabled_command_is_listed_without_effect(window, palette):
     QTest.keyClicks(palette.field, "session step")
     assert texts(palette)[0] == "Session > Step"
     palette.list.setCurrentRow(0)
@@ -114,7 +114,7 @@ def test_palette_leaves_a_recording(window, tmp_path):
     assert window.live.mode is Mode.RUNNING
 
 
-def test_palette_says_that_nothing_was_found(palette):
+def test_palette_reports_an_empty_search_result(palette):
     QTest.keyClicks(palette.field, "zzzz")
     assert [palette.list.item(row).text() for row in range(palette.list.count())] == ["Nothing found"]
     QTest.keyClick(palette.field, KEY.Key_Return)

@@ -52,7 +52,7 @@ def order(window):
     return [panel.objectName() for panel in sorted(window.column, key=lambda panel: panel.y()) if panel.isVisible()]
 
 
-def test_enlarged_plot_outlives_the_window_of_its_panel(window):
+def test_enlarged_plot_remains_after_its_panel_window_is_closed(window):
     panel = window.column.get(AccuracyPanel)
     undock(panel)
     panel.findChild(QPushButton, "accuracy-enlarge").click()

@@ -1,7 +1,7 @@
 """The window under a random hand: no exception, no Qt warning, a whole map, a session alive, no freeze.
 
 A fault names its seed, its act and the last twenty acts. The acts of a seed hang on nothing before it, so
-``pytest "tests/widgets/window/test_random_user.py::test_ten_thousand_acts[7]"`` does the same again.
+``pytest "tests/widgets/window/test_random_user.py::test_ten_thousand_random_actions[7]"`` does the same again.
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ def test_work_of_the_user_is_kept_or_asked_about(new_window, tmp_path, small_rob
 
 @pytest.mark.long
 @pytest.mark.parametrize("seed", range(BATCHES))
-def test_ten_thousand_acts(new_window, tmp_path, openable, seed):
+def test_ten_thousand_random_actions(new_window, tmp_path, openable, seed):
     """The acts run in batches, each in a new window; they open scenes and robots of all kinds."""
     with RandomUser(new_window, seed, tmp_path, lambda seconds: run(new_window, seconds), scenes=openable) as user:
         user.run(BATCH)

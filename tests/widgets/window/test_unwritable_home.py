@@ -94,7 +94,7 @@ def window_at(home, script, prepare):
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="mounts a file system")
 @pytest.mark.parametrize("kind", ["full", pytest.param("read-only", marks=pytest.mark.long)])
-def test_the_window_opens_and_works_where_nothing_can_be_stored(mounting, tmp_path, kind):
+def test_window_opens_and_works_where_nothing_can_be_stored(mounting, tmp_path, kind):
     home = tmp_path / "home"
     script = tmp_path / "window.py"
     home.mkdir()
@@ -105,7 +105,7 @@ def test_the_window_opens_and_works_where_nothing_can_be_stored(mounting, tmp_pa
 
 @pytest.mark.long
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="/proc cannot hold a folder on Linux only")
-def test_the_window_opens_and_works_without_a_home_folder(tmp_path):
+def test_window_opens_and_works_without_a_home_folder(tmp_path):
     script = tmp_path / "window.py"
     script.write_text(WINDOW)
     said, errors = window_at(Path("/proc/no-home"), script, HOMES["missing"])

@@ -11,7 +11,7 @@ from tests.support.recordings import record, small_arm
 
 
 @pytest.mark.long
-def test_size_is_reported_and_overwriting_refused(tmp_path, capsys):
+def test_size_is_reported_and_existing_file_is_not_overwritten(tmp_path, capsys):
     source = tmp_path / "demo.mcap"
     target = tmp_path / "out.npz"
     record(small_arm(), source, ticks=30)
@@ -27,7 +27,7 @@ def test_size_is_reported_and_overwriting_refused(tmp_path, capsys):
 
 
 @pytest.mark.long
-def test_damaged_recording_is_exported_and_warned_of(tmp_path, capsys):
+def test_damaged_recording_is_exported_with_a_warning(tmp_path, capsys):
     source = tmp_path / "demo.mcap"
     record(small_arm(), source, ticks=30)
     source.write_bytes(source.read_bytes()[:-3000])

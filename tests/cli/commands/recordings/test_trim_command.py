@@ -21,7 +21,7 @@ def source(tmp_path_factory):
 
 
 @pytest.mark.long
-def test_part_by_seconds(source, tmp_path, capsys):
+def test_range_in_seconds_is_written_as_a_part(source, tmp_path, capsys):
     target = tmp_path / "part.mcap"
     words = ["trim", source, "-o", str(target), "--from", "0.05", "--to", "0.1", "--json"]
     assert run_command(words, windows={}) == 0
@@ -33,7 +33,7 @@ def test_part_by_seconds(source, tmp_path, capsys):
 
 
 @pytest.mark.long
-def test_each_episode(source, tmp_path, capsys):
+def test_each_episode_is_written_as_a_part(source, tmp_path, capsys):
     assert run_command(["trim", source, "--episodes", "-o", str(tmp_path / "new")], windows={}) == 0
     assert sorted(path.name for path in (tmp_path / "new").iterdir()) == ["01 one.mcap", "02 two.mcap"]
     assert "5 frames" in capsys.readouterr().out
@@ -43,7 +43,7 @@ def test_each_episode(source, tmp_path, capsys):
     ("words", "status"),
     [(["--episodes", "--to", "1"], 2), (["--from", "2", "--to", "1"], 2), (["--from", "90"], 1)],
 )
-def test_wrong_options_are_refused(source, tmp_path, words, status, capsys):
+def test_invalid_options_are_rejected(source, tmp_path, words, status, capsys):
     assert run_command(["trim", source, "-o", str(tmp_path / "x.mcap"), *words], windows={}) == status
     assert capsys.readouterr().err
     assert not (tmp_path / "x.mcap").exists()

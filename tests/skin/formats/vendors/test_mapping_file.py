@@ -89,12 +89,12 @@ def test_columns_of_a_table_are_named_by_its_mapping(tmp_path):
         ("position = [\n", "not TOML"),
     ],
 )
-def test_mistake_in_a_mapping_is_named_with_its_place(tmp_path, mapping, problem):
+def test_invalid_mapping_entry_is_reported_with_its_place(tmp_path, mapping, problem):
     with pytest.raises(SkinError, match=problem):
         read_taxel_sets(mapped(tmp_path, "hand.json", HAND, mapping))
 
 
-def test_lists_of_different_length_are_refused(tmp_path):
+def test_lists_of_different_length_are_rejected(tmp_path):
     path = mapped(tmp_path, "lists.json", {"x": [0, 1], "y": [0], "z": [0, 1]}, 'position = ["x", "y", "z"]\n')
     with pytest.raises(SkinError, match=r"y: the lists differ in length \(found: 1 and 2\)"):
         read_taxels(path)
@@ -113,7 +113,7 @@ def test_lists_of_different_length_are_refused(tmp_path):
         ("table.csv", "a;b\n1;2\n", ["# Fields of a record: a, b", 'position = ["x", "y", "z"]']),
     ],
 )
-def test_template_lists_fields_and_guesses_known_names(tmp_path, capsys, name, content, lines):
+def test_template_lists_fields_and_fills_in_known_names(tmp_path, capsys, name, content, lines):
     path = tmp_path / name
     path.write_text(content if isinstance(content, str) else json.dumps(content))
     assert main(["inspect", str(path), "--mapping"]) == 0

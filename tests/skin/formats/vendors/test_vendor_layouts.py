@@ -69,7 +69,7 @@ def test_orca_coordinates_have_the_stated_unit(tmp_path, unit, metres):
 @pytest.mark.parametrize(
     ("unit", "count", "problem"), [("furlong", 2, "unknown unit.*mm"), ("mm", 3, "differ.*3 and 2")]
 )
-def test_orca_file_that_contradicts_itself_is_refused(tmp_path, unit, count, problem):
+def test_inconsistent_orca_file_is_rejected(tmp_path, unit, count, problem):
     with pytest.raises(SkinError, match=problem):
         read_taxels(written(tmp_path, "config.yaml", ORCA.format(unit=unit, count=count)))
 
@@ -93,7 +93,7 @@ def test_genesis_grid_and_list_are_read_by_link(tmp_path):
     assert "normals-not-unit" in {finding.kind for finding in index.findings}
 
 
-def test_genesis_probes_of_radius_0_are_left_out_and_the_others_keep_their_place_in_the_stream(tmp_path):
+def test_genesis_probes_of_radius_0_are_omitted_and_others_keep_their_stream_position(tmp_path):
     filler = {"radius": 0.0, "pos": [0, 0, 0], "normal": [0, 0, 1]}
     grid = {"link_name": "index", "kind": "grid", "probes": [[probe(0, 0), filler], [filler, probe(0, 0.005)]]}
     palm = {"link_name": "palm", "kind": "list", "probes": [filler]}
@@ -105,7 +105,7 @@ def test_genesis_probes_of_radius_0_are_left_out_and_the_others_keep_their_place
         read_taxel_sets(written(tmp_path, "empty.json", [palm]))
 
 
-def test_genesis_probe_without_position_is_refused_with_its_place(tmp_path):
+def test_genesis_probe_without_position_is_rejected_with_its_place(tmp_path):
     broken = [GENESIS[0], {"link_name": "palm", "kind": "list", "probes": [{"radius": 0.003, "normal": [0, 0, 1]}]}]
     with pytest.raises(SkinError, match=r"1\.probes\.0: a field is missing \(found: pos\)\. It has: radius, normal"):
         read_taxel_sets(written(tmp_path, "probes.json", broken))
@@ -134,7 +134,7 @@ def test_gentact_sensors_are_taxels_of_the_link_that_carries_them(tmp_path, chan
     np.testing.assert_allclose(taxels.positions[1], [0.01, 0, 0])
 
 
-def test_gentact_origin_of_two_numbers_is_refused_with_its_joint(tmp_path):
+def test_gentact_origin_of_two_numbers_is_rejected_with_its_joint(tmp_path):
     with pytest.raises(SkinError, match=r"joint j1: origin xyz must be 3 finite numbers \(found: 1 2\)"):
         read_taxels(written(tmp_path, "link6.urdf", gentact(xyz="1 2")))
 
@@ -152,7 +152,7 @@ def test_rapid_table_has_a_taxel_in_each_cell(tmp_path, cell, encoding):
     assert [finding.kind for finding in taxels.findings] == ["vendor-layout"]
 
 
-def test_rapid_table_with_semicolons_and_empty_last_rows_is_the_skin_of_a_scene(tmp_path):
+def test_rapid_table_with_semicolons_and_empty_last_rows_is_read_by_a_scene(tmp_path):
     rows = [";".join(f"({2.4 * column - 8.4:g},-11.3,{36 - 2.4 * row:g})" for column in range(8)) for row in range(12)]
     written(tmp_path, "tactile.csv", "\n".join([*rows, ";" * 7, ";" * 7]))
     text = 'robot = "hand"\ntaxel_file = "tactile.csv"\n[cover]\nlinks = ["left_finger"]\n'
@@ -160,7 +160,7 @@ def test_rapid_table_with_semicolons_and_empty_last_rows_is_the_skin_of_a_scene(
     assert [(patch.link, len(patch.taxels)) for patch in skin.patches] == [("left_finger", 96)]
 
 
-def test_rapid_cell_without_a_position_is_refused_with_its_place(tmp_path):
+def test_rapid_cell_without_a_position_is_rejected_with_its_place(tmp_path):
     with pytest.raises(SkinError, match=r"line 2, column 1: must be a position \(x, y, z\) \(found: none\)"):
         read_taxels(written(tmp_path, "tactile.csv", '"(1,2,3)","(2,2,3)"\nnone,"(4,2,3)"\n'))
 

@@ -45,12 +45,12 @@ def note(panel) -> QLabel:
     return panel.findChild(QLabel, "behaviours-note")
 
 
-def test_empty_panel_explains_itself(panel):
+def test_empty_panel_shows_an_explanation(panel):
     assert note(panel).isVisible()
     assert "add a behaviour" in note(panel).text()
 
 
-def test_the_button_adds_one_that_works_as_it_is(panel, qtbot):
+def test_button_adds_a_valid_default_behaviour(panel, qtbot):
     button = panel.findChild(QPushButton, "behaviour-add")
     with qtbot.waitSignal(panel.behaviours_edited) as edited:
         qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
@@ -82,7 +82,7 @@ def test_every_part_can_be_changed(panel, qtbot, part, words, expected):
     assert panel.behaviours == (expected,)
 
 
-def test_a_tap_has_no_release_to_wait_for(panel, qtbot):
+def test_tap_offers_no_duration_until_release(panel, qtbot):
     panel.show_behaviours((Behaviour("press", until_released=True, then={"controller": "impedance"}),))
     with qtbot.waitSignal(panel.behaviours_edited) as edited:
         pick(box(panel, "when"), "tap")
@@ -90,7 +90,7 @@ def test_a_tap_has_no_release_to_wait_for(panel, qtbot):
     assert not box(panel, "lasts").isEnabled()
 
 
-def test_cross_removes_its_behaviour(panel, qtbot):
+def test_remove_button_deletes_its_behaviour(panel, qtbot):
     other = Behaviour("tap", then={"controller": "impedance"})
     panel.show_behaviours((RETREAT, other))
     cross = panel.findChildren(QToolButton, "behaviour-remove")[0]
@@ -99,7 +99,7 @@ def test_cross_removes_its_behaviour(panel, qtbot):
     assert edited.args[0] == (other,)
 
 
-def test_behaviour_of_a_scene_that_no_list_offers_is_shown(panel):
+def test_scene_behaviour_with_values_not_in_the_lists_is_shown(panel):
     panel.show_behaviours((Behaviour("press", times=4, above=5.0, then={"force_goal": 1.5, "task": "hold_point"}),))
     assert box(panel, "when").words == "4 times press > 5\u202fN"
     assert box(panel, "then").words == "force goal 1.5, task hold point"

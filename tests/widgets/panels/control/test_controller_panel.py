@@ -50,7 +50,7 @@ def visible(panel) -> set[str]:
 
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("controller", CONTROLLERS)
-def test_a_law_is_chosen_by_its_button_and_shows_what_it_heeds(panel, controller):
+def test_controller_chosen_by_its_button_shows_its_effective_settings(panel, controller):
     panel.show_settings(ControlSettings(controller="qp" if controller != "qp" else "impedance"))
     QTest.mouseClick(panel._buttons[controller], Qt.MouseButton.LeftButton)
     assert panel.edits[-1] == ControlSettings(controller=controller)
@@ -60,7 +60,7 @@ def test_a_law_is_chosen_by_its_button_and_shows_what_it_heeds(panel, controller
 
 @pytest.mark.long
 @pytest.mark.parametrize("task", CHOICES["task"])
-def test_a_task_is_chosen_from_its_list(panel, task):
+def test_task_is_chosen_from_its_list(panel, task):
     panel.show_settings(ControlSettings(controller="hybrid", task="guide" if task != "guide" else "retreat"))
     box = panel._boxes["task"]
     row = box.findData(task)
@@ -74,7 +74,7 @@ def test_a_task_is_chosen_from_its_list(panel, task):
     assert visible(panel) == effective_settings(panel.edits[-1]) - {"path"}
 
 
-def test_a_drawn_path_has_its_own_size(panel):
+def test_drawn_path_has_its_own_size(panel):
     drawn = ControlSettings(controller="qp", task="follow_path", path=((0.0, 0.0), (0.1, 0.0)))
     panel.show_settings(drawn)
     assert "path_size" not in visible(panel)
@@ -84,7 +84,7 @@ def test_a_drawn_path_has_its_own_size(panel):
 
 
 @pytest.mark.parametrize("task", ["keep_force", "guide"])
-def test_settings_of_shear_are_hidden_for_a_skin_that_measures_none(panel, prepared, task):
+def test_shear_settings_are_hidden_for_a_skin_without_shear(panel, prepared, task):
     settings = ControlSettings(controller="hybrid", task=task, shear_goal=1.0, max_shear=5.0)
     panel.show_settings(settings)
     panel.show_prepared(prepared)
@@ -118,7 +118,7 @@ def text(panel, name):
     return panel.findChild(QLabel, name).text()
 
 
-def test_every_law_is_reached_by_keys_alone(panel):
+def test_every_controller_can_be_chosen_by_keyboard(panel):
     panel._buttons["impedance"].setFocus()
     rows = len(CONTROLLERS) // 2
     for key in (*[Qt.Key.Key_Down] * (rows - 1), Qt.Key.Key_Right, *[Qt.Key.Key_Up] * (rows - 1)):
@@ -144,7 +144,7 @@ def test_single_setting_can_be_reset(panel, name, how):
     assert "Double-click" in slider._name.toolTip()
 
 
-def test_all_gains_are_reset_and_the_task_stays(panel):
+def test_all_gains_are_reset_and_the_task_is_kept(panel):
     settings = ControlSettings(
         controller="parallel", task="hold_point", force_gain=0.03, inertia_time=0.2, force_goal=8.0
     )
@@ -154,7 +154,7 @@ def test_all_gains_are_reset_and_the_task_stays(panel):
     assert not panel.findChild(QPushButton, "reset-gains").isEnabled(), "there is nothing to reset any more"
 
 
-def test_a_law_has_its_gains_back_when_it_is_chosen_again(panel):
+def test_controller_chosen_again_restores_its_gains(panel):
     panel.show_settings(ControlSettings(controller="hybrid", force_gain=0.008))
     click(panel, "controller-qp")
     QTest.keyClick(panel.sliders.by_name["force_gain"]._slider, Qt.Key.Key_End)
@@ -212,7 +212,7 @@ def test_activity_and_energy_of_the_controller_are_shown(panel, prepared):
     assert text(panel, "energy") == MIXED_VALUES
 
 
-def test_short_limit_stays_legible_and_then_disappears(panel, prepared):
+def test_brief_limit_stays_legible_for_a_while_and_then_disappears(panel, prepared):
     panel.show_settings(ControlSettings(controller="hybrid"))
     panel.show_frame(moving(prepared, 1.0, why_limited=(Limit(LimitKind.JOINT_SPEED),)))
     assert panel._why.words == "Adapted: joint speed"
@@ -259,7 +259,7 @@ def test_choosing_the_current_controller_is_not_an_edit(panel):
 @pytest.mark.long
 @pytest.mark.parametrize(("steps", "limit"), [(4, 20.0), (0, 40.0)])
 @pytest.mark.parametrize("controller", ["impedance", "hybrid"])
-def test_the_force_limit_of_the_panel_stops_the_arm_and_the_reason_is_shown(panel, controller, steps, limit):
+def test_force_limit_set_in_the_panel_stops_the_arm_with_a_reason(panel, controller, steps, limit):
     """A finger of 30 N stops the arm above a limit of 20 N and not above the usual one."""
     session = Session(arm(), scripted=False, settings=ControlSettings(controller=controller))
     panel.settings_edited.connect(lambda settings: session.submit(ControlChanged(settings)))
@@ -307,7 +307,7 @@ def line(qtbot):
         ((ShownLimit(STOPPED, True),), LimitState.STOPPED, limit_text(STOPPED)),
     ],
 )
-def test_words_and_state(line, limits, state, words):
+def test_limit_line_shows_text_and_state(line, limits, state, words):
     line.show_limits(limits)
     assert (line.state, line.words) == (state, words)
 
@@ -332,20 +332,20 @@ def test_limits_without_room_are_counted_and_listed_in_the_tooltip(line):
     assert not label.text().endswith("\u00a0more")
 
 
-def test_a_unit_is_not_broken_over_two_lines(line):
+def test_number_and_unit_are_not_split_over_two_lines(line):
     line.show_limits((ShownLimit(Limit(LimitKind.FORCE_GAIN_UNSTABLE, bound=4.6e-3), True),))
     assert "mm/\u2060s\u00a0per\u00a0N" in line.findChild(QLabel).text()
     assert "mm/s per N" in line.words
 
 
-def test_a_robot_without_joints_has_nothing_to_limit(line):
+def test_limit_line_states_that_the_robot_has_no_joints(line):
     line.say_no_joints()
     assert line.words == "The robot has no actuated joints"
     line.show_limits(())
     assert line.words == "Not limited"
 
 
-def test_each_state_has_a_shape_of_its_own(line):
+def test_each_state_has_its_own_shape(line):
     drawn = {}
     acting = ((ShownLimit(one, True),) for one in (A, B, STOPPED))
     for limits in ((), (ShownLimit(A, False),), *acting):
@@ -369,7 +369,7 @@ def test_ended_limit_is_drawn_weaker_than_an_active_one(line):
         apply_theme(QApplication.instance(), DARK)
 
 
-def test_nothing_below_moves_when_limits_come_and_go(line):
+def test_rows_below_do_not_move_when_limits_appear_and_disappear(line):
     free = line.sizeHint().height()
     line.show_limits((ShownLimit(Limit(LimitKind.HELD_BACK), True), ShownLimit(B, True)))
     assert line.heightForWidth(260) <= max(free, line.minimumSizeHint().height()) + 1
@@ -381,7 +381,7 @@ def test_text_of_controllers_is_not_markup(line):
 
 
 @pytest.mark.parametrize("theme", THEMES.values(), ids=THEMES)
-def test_only_a_missed_goal_is_an_alarm(theme):
+def test_only_a_missed_goal_is_shown_as_an_alarm(theme):
     colours = {kind: severity_colour(kind.severity, theme) for kind in LimitKind}
     for kind in (LimitKind.JOINT_RESPONSE, LimitKind.FORCE_GAIN_HELD, LimitKind.POSITION_GAIN_HELD):
         assert colours[kind] == theme.quiet

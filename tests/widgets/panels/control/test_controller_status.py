@@ -36,7 +36,7 @@ def test_first_goal_is_not_a_step():
     assert watch.response is None
 
 
-def test_a_step_is_read():
+def test_step_response_is_measured():
     found = stepped().response
     assert (found.before, found.goal, found.overshoot) == (3.0, 6.0, 0.0)
     assert found.settling == pytest.approx(0.3, abs=2 * TICK)
@@ -49,7 +49,7 @@ def test_overshoot_and_unsettled_response_are_stated():
     assert step_response_text(stepped(lambda _t: 4.0).response).endswith("0\u202f% overshoot, not settled yet")
 
 
-def test_a_slider_on_its_way_is_one_step():
+def test_continuous_slider_move_is_one_step():
     watch = StepResponseMonitor()
     now = follow(watch, 1.0, start=0.0, goal=3.0, force=3.0)
     for goal in (3.5, 4.0, 4.5, 5.0):
@@ -166,7 +166,7 @@ def test_regrasp_of_a_contact_is_reported(state, word):
     assert word in said("follow_path", NO_CONTACT, regrasp=state)
 
 
-def test_controllers_without_a_task_say_what_they_do():
+def test_controllers_without_a_task_describe_their_activity():
     assert said("guide", NO_CONTACT, controller="impedance", report=False) == "Holding its posture"
     assert said("guide", NO_CONTACT, controller="hold_force", report=False) == "Waiting for a contact"
 
@@ -178,7 +178,7 @@ def test_moving_arm_is_not_reported_as_holding(frame, words):
 
 
 @pytest.mark.parametrize(("controller", "report"), [("hold_force", False), ("hybrid", True)])
-def test_a_force_is_kept_only_where_it_is_read(controller, report):
+def test_force_is_reported_as_kept_only_if_it_is_measured(controller, report):
     goal = ONE.regions[0].force
     kept = said("keep_force", ONE, controller=controller, report=report, force_goal=goal)
     assert kept == f"Keeping {goal:.1f}\u202fN"

@@ -70,7 +70,7 @@ def test_empty_panel_explains_what_can_be_compared(panel):
     assert not any(_button(panel, name).isVisible() for name in ("a", "b", "take", "forget"))
 
 
-def test_the_map_as_it_is_can_be_kept(panel, editor):
+def test_current_map_can_be_kept_for_comparison(panel, editor):
     before = editor.document
     _press(panel, "keep")
     assert panel.other is before
@@ -84,7 +84,7 @@ def test_the_map_as_it_is_can_be_kept(panel, editor):
     assert _button(panel, "b").accessibleName() == "B: Rename"
 
 
-def test_edit_while_b_is_shown_returns_to_a(panel, editor):
+def test_edit_while_map_b_is_shown_switches_to_map_a(panel, editor):
     _press(panel, "keep")
     assert panel.shown == []
     _press(panel, "b")
@@ -116,7 +116,7 @@ def test_saved_map_is_applied_in_one_step(panel, editor, tmp_path, write):
     assert editor.document is first
 
 
-def test_map_of_another_skin_is_rejected_and_b_stays(panel, editor, tmp_path):
+def test_map_of_another_skin_is_rejected_and_map_b_kept(panel, editor, tmp_path):
     _press(panel, "keep")
     kept = panel.other
     save_map(leaf_map(), tmp_path / "leaves.npz")
@@ -136,7 +136,7 @@ def test_unreadable_file_is_rejected(panel, tmp_path, name):
 
 
 @pytest.mark.long
-def test_a_drawing_is_measured_but_not_shown(panel, drawing):
+def test_drawing_is_measured_but_not_displayed(panel, drawing):
     path, points = drawing
     panel.open_paths([path])
     assert isinstance(panel.other, TaxelLayout)
@@ -170,7 +170,7 @@ def test_another_robot_clears_the_comparison(panel, editor):
     assert ended == [1]
 
 
-def test_a_replay_compares_nothing(panel, editor):
+def test_comparison_is_disabled_in_a_replay(panel, editor):
     _press(panel, "keep")
     editor.set_enabled(enabled=False)
     assert "replay" in _note(panel)

@@ -73,14 +73,14 @@ def _text(panel, name):
     return label.text() if label.isVisible() else ""
 
 
-def test_a_row_a_patch_in_the_order_of_the_tree(panel, editor):
+def test_patches_have_rows_in_the_order_of_the_tree(panel, editor):
     assert _names(panel) == [patch.name for patch in editor.document.patches]
     assert panel.list.height() == 3 * ROW_HEIGHT
     assert panel.minimumSizeHint().width() <= COLUMN_WIDTH - 8, "a scroll bar must fit next to it"
 
 
 @pytest.mark.parametrize("by", ["double click", "F2"])
-def test_a_name_is_written_in_its_place(panel, editor, by):
+def test_name_is_edited_in_its_row(panel, editor, by):
     steals = QShortcut(Qt.Key.Key_F2, panel)
     fired = []
     steals.activated.connect(lambda: fired.append(1))
@@ -114,7 +114,7 @@ def test_rejected_name_stays_open_with_the_reason(panel, editor):
     assert _text(panel, "name-refusal") == ""
 
 
-def test_escape_leaves_the_name(panel, editor):
+def test_escape_cancels_the_edit_of_a_name(panel, editor):
     _click(panel, 1, double=True)
     before = _names(panel)
     QTest.keyClicks(_field(panel), "Elbow")
@@ -123,7 +123,7 @@ def test_escape_leaves_the_name(panel, editor):
     assert len(editor.history.names) == 1
 
 
-def test_the_eye_hides_and_shows_and_selects_nothing(panel, editor):
+def test_eye_button_toggles_visibility_without_selecting(panel, editor):
     _click(panel, 1, x=10)
     assert [patch.visible for patch in editor.document.patches] == [True, False, True]
     assert editor.history.names[-1] == f"Hide {editor.document.patches[1].name}"
@@ -132,7 +132,7 @@ def test_the_eye_hides_and_shows_and_selects_nothing(panel, editor):
     assert all(patch.visible for patch in editor.document.patches)
 
 
-def test_alt_and_the_eye_shows_only_this_one_and_then_all(panel, editor):
+def test_alt_click_on_the_eye_shows_only_this_patch_and_then_all(panel, editor):
     _click(panel, 2, x=10, keys=ALT)
     assert [patch.visible for patch in editor.document.patches] == [False, False, True]
     assert len(editor.history.names) == 2, "one act, one step"
@@ -140,7 +140,7 @@ def test_alt_and_the_eye_shows_only_this_one_and_then_all(panel, editor):
     assert all(patch.visible for patch in editor.document.patches)
 
 
-def test_two_quick_presses_on_the_eye_are_two(panel, editor):
+def test_two_quick_clicks_on_the_eye_are_two_toggles(panel, editor):
     _click(panel, 0, x=10, double=True)
     assert editor.document.patches[0].visible
     assert len(editor.history.names) == 3
@@ -160,7 +160,7 @@ def test_selection_is_synchronised_both_ways(panel, editor):
     assert editor.selected == (0,)
 
 
-def test_the_selection_stays_with_its_patches_when_the_order_changes(panel, editor):
+def test_selection_follows_its_patches_when_the_order_changes(panel, editor):
     editor.select([2])
     panel.list.patches.move([2], 0)
     assert editor.document.order == (2, 0, 1)
@@ -202,7 +202,7 @@ def test_only_patches_can_be_dropped(panel, editor):
     assert len(editor.history.names) == 1
 
 
-def test_alt_and_the_arrows_move_rows(panel, editor):
+def test_alt_and_arrow_keys_move_rows(panel, editor):
     _click(panel, 0)
     panel.list.setFocus()
     QTest.keyClick(panel.list, Qt.Key.Key_Down, ALT)
@@ -264,7 +264,7 @@ def _document_of(count):
     return MapDocument.of(TactileMap(Skin(patches), (leaf.charts[0],) * count, layout))
 
 
-def test_empty_and_replaying_say_what_to_do(qtbot, prepared):
+def test_empty_panel_and_replay_show_an_explanation(qtbot, prepared):
     editor = MapEditor(SceneJobs(InlineExecutor("prepare")))
     panel = _shown(qtbot, PatchesPanel(editor))
     assert "Open a robot" in _text(panel, "patches-note")
@@ -278,7 +278,7 @@ def test_empty_and_replaying_say_what_to_do(qtbot, prepared):
     assert _text(panel, "patches-note") == ""
 
 
-def test_edits_made_elsewhere_are_seen(panel, editor):
+def test_edits_made_elsewhere_are_shown(panel, editor):
     editor.do("Rename", partial(rename_patch, number=0, name="Biceps"))
     assert _names(panel)[0] == "Biceps"
     editor.undo()
@@ -298,7 +298,7 @@ def _click_row(panel, row):
     QApplication.processEvents()
 
 
-def test_buttons_do_what_they_say_to_the_selected_patches(panel, editor):
+def test_buttons_act_on_the_selected_patches(panel, editor):
     buttons = {name: panel.findChild(QPushButton, f"patch-{name}") for name in ("mirror", "align", "true-size", "pack")}
     assert [name for name, button in buttons.items() if button.isEnabled()] == ["pack"]
     editor.select([1])
@@ -322,7 +322,7 @@ def test_buttons_do_what_they_say_to_the_selected_patches(panel, editor):
 
 
 @pytest.mark.qt_log_ignore("does not support (raise|grabbing)", extend=True)
-def test_the_menu_over_a_row_names_hides_and_shows(panel, editor):
+def test_row_menu_renames_hides_and_shows_patches(panel, editor):
     _click_row(panel, 1)
     panel.list.customContextMenuRequested.emit(QPoint(80, ROW_HEIGHT + 4))
     menu = panel.findChild(QMenu, "patch-menu")
@@ -341,7 +341,7 @@ def test_the_menu_over_a_row_names_hides_and_shows(panel, editor):
     QTest.keyClick(field, Qt.Key.Key_Escape)
 
 
-def test_a_method_is_chosen_by_a_plain_name(panel, editor):
+def test_method_is_chosen_by_its_display_name(panel, editor):
     combo = panel.findChild(QComboBox, "patch-method")
     assert combo.count() == len(METHODS)
     assert all(len(combo.itemData(k, Qt.ItemDataRole.ToolTipRole)) > 10 for k in range(combo.count()))
@@ -356,7 +356,7 @@ def test_a_method_is_chosen_by_a_plain_name(panel, editor):
     assert "nothing but validity" in combo.toolTip()
 
 
-def test_values_that_differ_are_a_dash(panel, editor):
+def test_differing_values_are_shown_as_a_dash(panel, editor):
     combo = panel.findChild(QComboBox, "patch-method")
     slider = panel.findChild(LabelledSlider, "patch-lengths")
     editor.ask(partial(set_lengths, numbers=[2], lengths=0.5))
@@ -409,7 +409,7 @@ def test_imported_chart_keeps_its_method_name(qtbot):
 
 
 @pytest.mark.long
-def test_long_work_shows_progress_and_can_be_cancelled(qtbot, prepared):
+def test_long_computation_shows_progress_and_can_be_cancelled(qtbot, prepared):
     worker = SceneJobs(ProcessExecutor("prepare"))
     editor = MapEditor(worker)
     editor.open(MapDocument.of(prepared.map))

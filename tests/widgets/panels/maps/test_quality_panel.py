@@ -48,7 +48,7 @@ def _marked(panel):
 
 
 @pytest.mark.long
-def test_a_good_map_has_no_mark(panel, leaves):
+def test_good_map_has_no_warning_mark(panel, leaves):
     panel.show_quality(leaves[2])
     assert _text(panel, "bijective") == "yes"
     assert _text(panel, "angle") == "×1.00"
@@ -89,7 +89,7 @@ def test_map_that_is_not_one_to_one_is_reported_first(panel, leaves):
 
 
 @pytest.mark.long
-def test_unknown_measure_is_a_dash(panel, leaves):
+def test_unknown_measure_is_shown_as_a_dash(panel, leaves):
     panel.show_quality(replace(leaves[2], trustworthiness=None, round_trip_mm=None))
     assert _text(panel, "trustworthiness") == _text(panel, "round_trip_mm") == "–"
     assert _marked(panel) == set()
@@ -125,7 +125,7 @@ def test_two_maps_are_shown_side_by_side_and_fit(panel, leaves):
 
 
 @pytest.mark.long
-def test_an_edit_while_two_maps_are_compared_changes_only_the_first(panel, leaves):
+def test_edit_while_two_maps_are_compared_changes_only_the_first(panel, leaves):
     made, body, quality = leaves
     panel.show_comparison(compare_maps(made, TaxelLayout(2 * made.taxel_points[::-1]), distances=body))
     second = _text(panel, "stress-b")

@@ -125,7 +125,7 @@ def test_panel_before_a_measurement_explains_content_and_duration(panel, qtbot):
     assert not panel.board.findChild(QPushButton, "accuracy-measure").isEnabled()
 
 
-def test_a_click_on_what_was_measured_chooses_it_and_the_editors_answer_moves_the_ring(panel, qtbot, document):
+def test_click_on_a_measured_point_applies_it_and_the_applied_setting_moves_the_ring(panel, qtbot, document):
     measure(panel, qtbot, "flatten")
     points = drawn(panel)
     usable = {p.setting.method for p in points if p.usable}
@@ -145,7 +145,7 @@ def test_a_click_on_what_was_measured_chooses_it_and_the_editors_answer_moves_th
 
 
 @pytest.mark.long
-def test_results_are_kept_by_stage_and_forgotten_with_the_skin(panel, qtbot, document):
+def test_results_are_kept_by_stage_and_discarded_with_the_skin(panel, qtbot, document):
     measure(panel, qtbot, "cut")
     count = len(drawn(panel))
     assert count >= 16
@@ -188,7 +188,7 @@ def test_another_error_redraws_and_a_changed_map_is_reported(panel, qtbot, docum
 
 
 @pytest.mark.long
-def test_the_views_image_setting_is_ringed(panel, qtbot, monkeypatch):
+def test_current_image_setting_of_the_view_is_ringed(panel, qtbot, monkeypatch):
     monkeypatch.setattr("tactile_maps.studies.stages.image.PIXELS", (64, 128))
     panel.show_present(Setting("image", "nearest", {"pixels": 128}))
     measure(panel, qtbot, "image")
@@ -198,7 +198,7 @@ def test_the_views_image_setting_is_ringed(panel, qtbot, monkeypatch):
 
 @pytest.mark.long
 @in_a_process
-def test_cancel_keeps_what_was_there(panel, qtbot):
+def test_cancel_keeps_earlier_results(panel, qtbot):
     press(panel, "measure", qtbot)
     assert panel.busy
     qtbot.waitUntil(lambda: "Cut: trying" in said(panel, "note"), timeout=LONG)

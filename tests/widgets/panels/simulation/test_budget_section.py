@@ -78,7 +78,7 @@ def test_limit_fields_follow_the_kind_of_budget(section):
     assert not section.propose.isEnabled()
 
 
-def test_controllers_are_measured_where_errors_are_limited(section, qtbot):
+def test_controllers_are_measured_if_errors_are_limited(section, qtbot):
     with qtbot.waitSignal(section.measure_requested) as asked:
         press(section, "propose", qtbot)
     assert asked.args == [False]
@@ -88,7 +88,7 @@ def test_controllers_are_measured_where_errors_are_limited(section, qtbot):
     assert asked.args == [True]
 
 
-def test_one_measurement_serves_every_budget_and_states_the_trade_off(section):
+def test_one_measurement_is_used_for_every_budget_and_states_the_trade_off(section):
     section.show_measured(measured())
     limit(section, "time", milliseconds=0.3)
     assert "<b>Nearest 128²</b>" in section.table.text()
@@ -103,7 +103,7 @@ def test_one_measurement_serves_every_budget_and_states_the_trade_off(section):
     assert not section.apply.isEnabled()
 
 
-def test_an_error_budget_proposes_a_controller_or_says_that_none_keeps_it(section):
+def test_error_budget_proposes_a_controller_or_reports_that_none_satisfies_it(section):
     section.show_measured(measured())
     limit(section, "errors", millimetres=4.5, newtons=0.5)
     assert "Parallel 30\u202fmm/s" in section.table.text()

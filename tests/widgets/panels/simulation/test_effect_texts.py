@@ -86,7 +86,7 @@ def test_only_effects_changed_in_a_recording_are_marked():
 ROWS = {row.name: row for row in Scene("s", "arm", overrides={"noise": "on", "gravity": "on"}).decision.rows}
 
 
-def test_a_stage_costs_its_median_here_and_now():
+def test_cost_of_a_stage_is_its_median_in_this_session():
     costs = EffectCosts()
     for milliseconds in (0.1, 0.3, 9.0):
         costs.add(Timings({"physics": 1.0, "touch": milliseconds, "noise": 0.02}))
@@ -105,14 +105,14 @@ def test_effect_without_a_stage_has_the_separately_measured_cost():
     assert costs.of(ROWS["timestep"]).words == "–", "it cannot be left out"
 
 
-def test_disabled_effect_costs_nothing():
+def test_disabled_effect_has_no_cost():
     costs = EffectCosts()
     costs.add(Timings({"crosstalk": 1.0}))
     costs.prices = {"crosstalk": 1.0}
     assert costs.of(ROWS["crosstalk"]).words == "–"
 
 
-def test_disabled_stage_is_forgotten():
+def test_times_of_a_disabled_stage_are_dropped():
     costs = EffectCosts()
     costs.add(Timings({"touch": 0.2, "noise": 0.5}))
     costs.add(Timings({"touch": 0.2}))

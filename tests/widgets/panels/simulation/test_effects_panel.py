@@ -66,7 +66,7 @@ def test_sensor_effects_are_folded_until_opened(panel):
     assert all(panel.lines[key].isVisible() for key in SENSOR_KEYS)
 
 
-def test_choice_is_a_request_and_the_line_shows_the_current_effect(panel, overrides, prepared):
+def test_choice_makes_a_request_and_the_row_shows_the_current_effect(panel, overrides, prepared):
     line = panel.lines["friction"]
     assert line.words[1] == "off"
     pick(line, "on")
@@ -83,7 +83,7 @@ def show(panel, scene, notes=()):
     panel.show_decision(scene.decision, automatic_rows(scene), notes=notes)
 
 
-def test_choosing_what_is_chosen_asks_for_nothing(panel, overrides, prepared):
+def test_choosing_the_current_value_makes_no_request(panel, overrides, prepared):
     pick(panel.lines["friction"], "Auto")
     show(panel, with_override(prepared.scene, "friction", "on"))
     pick(panel.lines["friction"], "on")
@@ -98,7 +98,7 @@ def test_override_that_is_not_in_the_list_can_be_reset(panel, overrides, prepare
     assert overrides == [("timestep", "auto")]
 
 
-def test_the_wheel_scrolls_past(panel, overrides):
+def test_wheel_over_a_box_scrolls_the_panel_without_changing_it(panel, overrides):
     box = panel.lines["friction"].box
     place = QPointF(box.rect().center())
     event = QWheelEvent(
@@ -116,7 +116,7 @@ def test_the_wheel_scrolls_past(panel, overrides):
     assert not event.isAccepted()
 
 
-def test_a_press_on_a_row_tells_why_and_one_row_at_a_time(panel):
+def test_click_on_a_row_shows_its_reason_for_one_row_at_a_time(panel):
     assert not any(line.why for line in panel.lines.values())
     QTest.mouseClick(panel.lines["gravity"], LEFT, pos=QPoint(30, 8))
     assert panel.lines["gravity"].why
@@ -124,7 +124,7 @@ def test_a_press_on_a_row_tells_why_and_one_row_at_a_time(panel):
     assert [key for key, line in panel.lines.items() if line.why] == ["skin"]
 
 
-def test_costs_of_stages_are_measured_here_and_others_shown_weaker(panel, prepared):
+def test_costs_measured_in_this_session_are_emphasized_over_others(panel, prepared):
     panel.show_frame(replace(touched(prepared.map), timings=Timings({"physics": 0.5, "touch": 0.25})))
     panel.show_prices({"joint_limits": 0.04})
     cost = {key: panel.findChild(QLabel, f"effect-{key}-cost") for key in ("skin", "joint_limits", "friction")}
@@ -134,7 +134,7 @@ def test_costs_of_stages_are_measured_here_and_others_shown_weaker(panel, prepar
     assert panel.findChild(QLabel, "effects-total").text() == "0.75 of 5\u202fms a tick"
 
 
-def test_a_note_of_one_tick_is_shown_at_the_next_refresh_and_once(panel, prepared):
+def test_note_of_one_tick_is_shown_at_the_next_refresh_and_once(panel, prepared):
     label = panel.findChild(QLabel, "effects-notes")
     frame = touched(prepared.map)
     hard = replace(frame, notes=(ContactNote(ContactNoteKind.HARD, ("ball", "hand"), force=7e3),))
@@ -167,7 +167,7 @@ def test_all_to_auto_is_visible_if_an_effect_is_overridden(panel, prepared, qtbo
         QTest.mouseClick(button, LEFT)
 
 
-def test_while_replaying_it_only_shows(panel, prepared):
+def test_panel_is_read_only_in_a_replay(panel, prepared):
     show(panel, with_override(prepared.scene, "friction", "on"))
     panel.set_editable(editable=False)
     assert not any(line.box.isEnabled() for line in panel.lines.values())
@@ -179,7 +179,7 @@ def test_while_replaying_it_only_shows(panel, prepared):
     assert panel.lines["noise"].box.isEnabled()
 
 
-def test_a_scene_of_another_tick_has_other_choices_and_leaves_no_row_behind(panel, prepared):
+def test_scene_with_another_tick_replaces_choices_and_rows(panel, prepared):
     old = panel.lines["timestep"]
     panel.show_prepared(prepared)
     assert panel.lines["timestep"] is old, "the same choices need no other rows"

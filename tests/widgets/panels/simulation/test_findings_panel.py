@@ -21,7 +21,7 @@ def panel(qtbot):
     return made
 
 
-def test_finding_is_shown_in_words():
+def test_finding_is_described_in_text():
     text = "A small box is used; choose the package root"
     assert note_of(MISSING) == Note("2 × missing mesh, link_3.stl", text, fault=True)
     assert not note_of(Finding("guessed-units", "", "read as millimetres")).fault
@@ -57,7 +57,7 @@ def test_messages_of_the_window_are_kept(window_again):
     window_again.notification_bar.clear()
 
 
-def test_faces_that_a_mesh_lacks_are_listed_when_it_is_opened(new_window, tmp_path):
+def test_missing_faces_of_a_mesh_are_listed_when_it_is_opened(new_window, tmp_path):
     mesh = tmp_path / "pad.obj"
     ball = trimesh.creation.icosphere(2, radius=0.05)
     ball.export(mesh)

@@ -63,7 +63,7 @@ def test_reference_runs_only_when_on_and_shows_differences_and_times(window_agai
 
 
 @pytest.mark.long
-def test_a_reset_and_a_change_of_control_are_followed(window_again, section):
+def test_reference_run_follows_resets_and_control_changes(window_again, section):
     live = window_again.live
     comparisons = []
     refused = []
@@ -81,7 +81,7 @@ def test_a_reset_and_a_change_of_control_are_followed(window_again, section):
 
 
 @pytest.mark.long
-def test_folded_or_switched_off_it_ends(window_again, section):
+def test_reference_run_ends_when_folded_or_switched_off(window_again, section):
     following = window_again.live.reference
     comparisons = []
     following.compared.connect(comparisons.append)
@@ -108,7 +108,7 @@ def difference(time, force, *, unmatched=0):
     return ReferenceDifference(time, None, unmatched, force, 0.0, None, 0.2, 0.4)
 
 
-def test_the_table_has_the_last_seconds_and_forgets_another_session(qtbot):
+def test_table_covers_the_last_seconds_and_is_cleared_for_another_session(qtbot):
     section = ReferenceSection()
     qtbot.addWidget(section)
     section.show()
@@ -135,7 +135,7 @@ def pressed():
 
 
 @pytest.mark.long
-def test_process_follows_frame_by_frame_and_its_death_is_reported(qtbot, pressed):
+def test_reference_process_follows_each_frame_and_its_crash_is_reported(qtbot, pressed):
     session, frames = pressed
     parent = QObject()
     reference = ReferenceComparison(replace(INLINE, executor=ProcessExecutor), parent)

@@ -92,7 +92,7 @@ def test_current_settings_are_shown_without_a_request(box):
     assert edited == [ReadingSettings("tikhonov", 1234.0, wrench_noise=0.1)], "the rest stays"
 
 
-def test_choosing_what_is_chosen_asks_for_nothing(box):
+def test_choosing_the_current_value_makes_no_request(box):
     edited: list[ReadingSettings] = []
     box.reading_edited.connect(edited.append)
     box.estimator.activated.emit(0)
@@ -107,7 +107,7 @@ def test_automatic_threshold_states_its_value_for_the_current_noise(box):
     assert box.threshold.itemText(0) == box.threshold.words
 
 
-def test_counts_have_thresholds_of_their_own(box):
+def test_counts_have_their_own_thresholds(box):
     edited: list[ReadingSettings] = []
     box.reading_edited.connect(edited.append)
     box.set_units(ReadingUnits.COUNTS, measured=True)
@@ -154,7 +154,7 @@ def test_quality_of_the_force_estimate_is_described_in_words():
 
 
 @pytest.mark.long
-def test_the_panel_tells_how_well_and_greys_what_is_refused(panel, prepared):
+def test_panel_shows_estimate_quality_and_greys_out_failed_estimates(panel, prepared):
     session = Session(prepared, reading=ReadingSettings("tikhonov"))
     session.submit(PokePressed(1, prepared.skin.taxel_point(30)))
     for _ in range(100):
@@ -218,7 +218,7 @@ def test_force_of_a_saturated_contact_is_a_lower_bound(panel, prepared):
         assert facts.text().startswith(first)
 
 
-def test_force_that_contacts_lack_below_the_threshold_is_stated_with_its_share(panel, prepared):
+def test_force_missed_below_the_threshold_is_stated_with_its_share(panel, prepared):
     frame = touched(prepared.map, (30,))
     region = frame.regions[0]
     facts = panel.findChild(QLabel, "contacts-facts")
@@ -290,7 +290,7 @@ def test_columns_of_shear_appear_while_frames_have_shear(panel, prepared):
     assert panel.minimumSizeHint().width() == narrow
 
 
-def test_name_of_a_link_is_shown_whole_once_the_panel_is_wide_enough(panel, prepared):
+def test_link_name_is_not_elided_once_the_panel_is_wide_enough(panel, prepared):
     frame = touched(prepared.map, (30,))
     region = replace(frame.regions[0], link="left_forearm_link_of_the_second_robot")
     panel.show_frame(replace(frame, regions=(region,)))
@@ -302,7 +302,7 @@ def test_name_of_a_link_is_shown_whole_once_the_panel_is_wide_enough(panel, prep
     assert name.shown == region.link
 
 
-def test_a_replay_cannot_be_read_otherwise(panel):
+def test_contact_settings_are_disabled_in_a_replay(panel):
     panel.set_editable(editable=False)
     assert not panel.reading.isEnabled()
     assert panel._rows[0].button.isVisible()
@@ -346,7 +346,7 @@ def test_seven_contacts_can_all_be_scrolled_to(panel, prepared, qtbot):
     assert not bar.isVisible()
 
 
-def test_a_contact_whose_force_is_not_controlled_has_an_open_mark(panel):
+def test_contact_whose_force_is_not_controlled_has_an_open_mark(panel):
     frame = touched(leaf_map(), [10, 300])
     first, second = sorted(region.id for region in frame.regions)
     panel.show_frame(replace(frame, task=TaskReport(controlled=(second,))))

@@ -57,7 +57,7 @@ def test_ended_event_is_listed_once():
     ]
 
 
-def test_the_next_press_of_the_same_contact_is_another_one():
+def test_next_press_of_the_same_contact_is_a_new_event():
     again = (event(120, "press", "began"), *RELEASED)
     assert [line.ongoing for line in event_lines(again)] == [True, False, False, False]
 
@@ -66,7 +66,7 @@ def test_end_without_a_stored_beginning_is_listed():
     assert len(event_lines((event(90, "stroke", "ended"),))) == 1
 
 
-def test_empty_panel_explains_itself(panel):
+def test_empty_panel_shows_an_explanation(panel):
     assert panel._note.isVisible()
     assert not panel.list.isVisible()
     panel.show_frame(frame(PRESSING))
@@ -86,7 +86,7 @@ def test_list_follows_frames_in_both_directions_and_is_cleared(panel):
     assert words(panel) == []
 
 
-def test_nothing_new_changes_nothing(qtbot, panel):
+def test_list_is_not_updated_without_new_events(qtbot, panel):
     panel.show_frame(frame(PRESSING))
     with qtbot.assertNotEmitted(panel.events.modelReset):
         panel.show_frame(frame(tuple(PRESSING)))
@@ -118,7 +118,7 @@ def test_lines_are_drawn_and_read_aloud(panel):
 
 
 @pytest.mark.long
-def test_the_window_logs_every_event_however_few_frames_it_shows_and_again_in_replay(window, tmp_path):
+def test_every_event_is_logged_live_and_in_replay_even_if_few_frames_are_shown(window, tmp_path):
     """A tap between two pictures is not missed; the same lines come back from a file; a reset clears them."""
     live = window.live
     log = window.column["events"]

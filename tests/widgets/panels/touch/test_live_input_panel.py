@@ -197,7 +197,7 @@ def _touch_texts(window):
 
 
 @pytest.mark.long
-def test_counts_are_never_called_pressure_or_force(window, tmp_path):
+def test_counts_are_never_labelled_as_pressure_or_force(window, tmp_path):
     connected(window, tmp_path, (0, 0, 20, 20, 20), tare=2)
     window.live.recording.start(tmp_path / "felt.mcap")
     window.live.recording.stop()
@@ -224,7 +224,7 @@ def test_counts_are_never_called_pressure_or_force(window, tmp_path):
     assert not any("disconnect it" in label.text() for label in window.column.findChildren(QLabel) if label.isVisible())
 
 
-def test_pressure_without_a_calibration_is_rejected_in_place_and_tare_is_offered(window, tmp_path):
+def test_pressure_without_calibration_is_rejected_in_the_panel_and_tare_is_offered(window, tmp_path):
     panel = opened(window, tmp_path, [(number, 20) for number in range(90)])
     run_readings(window, 20)
     panel.refresh()
@@ -254,7 +254,7 @@ def places(window):
     return {part.objectName(): part.mapTo(window.column, QPoint(0, 0)) for part in parts if part.isVisible()}
 
 
-def test_no_contact_is_detected_before_the_tare_and_nothing_moves(window, tmp_path):
+def test_no_contact_is_detected_before_the_tare_and_rows_keep_their_place(window, tmp_path):
     rows = [(number, 20 + 60 * (number >= 90)) for number in range(120)]
     panel = opened(window, tmp_path, rows)
     tare = panel.findChild(QPushButton, "live-tare")

@@ -123,7 +123,7 @@ def test_motion_is_sent_only_once_armed_and_is_disarmed_by_each_end(panel, drive
 
 
 @pytest.mark.long
-def test_requested_motion_is_shown_and_not_sent(panel, driver):
+def test_requested_motion_is_shown_without_being_sent(panel, driver):
     assert "no desired motion" in text(panel, "notes")
     choose(panel, "Hold force")
     panel.read(15)
@@ -148,7 +148,7 @@ def test_switch_does_not_move_when_it_is_armed(panel):
 
 
 @pytest.mark.long
-def test_the_switch_sends_and_a_strong_contact_ends_it(panel, driver):
+def test_switch_starts_sending_and_a_strong_contact_ends_it(panel, driver):
     panel.findChild(QLineEdit, "motion-address").setText(f"udp://127.0.0.1:{driver.getsockname()[1]}")
     choose(panel, "Hold force")
     switch = panel.findChild(QPushButton, "motion-send")
@@ -214,14 +214,14 @@ def test_port_of_the_readings_is_rejected_with_a_message(panel, window_again):
 
 
 @pytest.mark.long
-def test_folded_nothing_is_worked_out(panel):
+def test_folded_panel_computes_no_motion(panel):
     panel.set_folded(True)
     choose(panel, "Hold force")
     panel.read(10)
     assert text(panel, "joints") == "–"
 
 
-def test_limits_of_the_panel_are_those_that_are_sent(panel, driver):
+def test_limits_entered_in_the_panel_are_sent(panel, driver):
     panel.findChild(QLineEdit, "motion-address").setText(f"udp://127.0.0.1:{driver.getsockname()[1]}")
     choose(panel, "Hold force")
     panel._speed.show_number(0.01)

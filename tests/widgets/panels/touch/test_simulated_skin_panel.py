@@ -68,7 +68,7 @@ def text(panel, name):
 
 
 @pytest.mark.long
-def test_a_taxel_of_twice_the_gain_is_found(window, tmp_path, meeting):
+def test_taxel_with_twice_the_gain_is_found(window, tmp_path, meeting):
     prepared, pressures = meeting
     assert window.column.get(SimulatedSkinPanel).isHidden()
     panel = connected(window, tmp_path, meeting)
@@ -107,13 +107,13 @@ def test_dots_have_the_colours_of_their_scales(window, tmp_path, meeting):
 
 
 @pytest.mark.long
-def test_counts_are_refused_in_words(window, tmp_path, meeting):
+def test_counts_are_rejected_with_an_explanation(window, tmp_path, meeting):
     panel = connected(window, tmp_path, meeting, unit="counts")
     assert "Calibrate the skin" in text(panel, "state")
     assert text(panel, "rms") == "–"
 
 
-def test_folded_nothing_is_simulated(window, tmp_path, meeting, monkeypatch):
+def test_folded_panel_does_not_simulate(window, tmp_path, meeting, monkeypatch):
     asked = []
     monkeypatch.setattr(type(window.live.skin_comparison), "compare", lambda *request: asked.append(request))
     panel = connected(window, tmp_path, meeting, folded=True)
@@ -130,7 +130,7 @@ def comparison(qapp):
 
 
 @pytest.mark.long
-def test_newest_of_frames_that_arrive_faster_than_they_are_simulated_is_compared(qtbot, meeting, comparison):
+def test_newest_frame_is_compared_if_frames_arrive_faster_than_simulated(qtbot, meeting, comparison):
     prepared, pressures = meeting
     found = []
     comparison.compared.connect(found.append)

@@ -56,7 +56,7 @@ def seconds(window, count):
     run(window, count)
 
 
-def test_parts_are_lit_until_felt_and_the_result_is_listed_and_saved(window, tmp_path, monkeypatch):
+def test_parts_are_highlighted_until_they_respond_and_the_result_is_listed_and_saved(window, tmp_path, monkeypatch):
     skin = window.live.prepared.skin
     parts = parts_of(skin)
     first = parts[0].taxels
@@ -104,7 +104,7 @@ def test_parts_are_lit_until_felt_and_the_result_is_listed_and_saved(window, tmp
 
 
 @pytest.mark.long
-def test_check_at_rest_cannot_be_finished_and_a_new_connection_forgets_it(window, tmp_path):
+def test_check_cannot_be_finished_at_rest_and_is_reset_by_a_new_connection(window, tmp_path):
     panel = connected(window, tmp_path, [], 0)
     press(panel, "start")
     seconds(window, 0.2)

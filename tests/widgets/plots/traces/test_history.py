@@ -214,7 +214,7 @@ def marked(*events):
     return marks
 
 
-def test_changes_age_and_are_discarded():
+def test_old_changes_are_discarded():
     marks = marked((0.0, False), (1.0, True), (5.0, True), (6.0, False))
     assert marks.ages == (-5.0, -1.0)
     marks.at(11.5)

@@ -259,7 +259,7 @@ def test_new_contacts_use_the_curves_of_old_ones_and_leave_the_axes(plots, prepa
 
 
 @pytest.mark.parametrize(("height", "highest"), [(150, 0.02), (150, 0.01), (80, 0.01), (80, 1000.0)])
-def test_numbers_and_now_are_shown_whole_in_a_narrow_plot(qtbot, height, highest):
+def test_axis_numbers_and_label_now_are_not_clipped_in_a_narrow_plot(qtbot, height, highest):
     plot = TracePlot("Error (mm)", highest, None)
     qtbot.addWidget(plot)
     plot.resize(150, height)

@@ -230,7 +230,7 @@ def test_contenders_are_added_and_removed(board):
 
 
 @pytest.mark.long
-def test_next_run_includes_later_touches(board, touched_window):
+def test_next_comparison_includes_later_touches(board, touched_window):
     click(board, "comparison-run")
     run(touched_window, 0.4)
     words = board.findChild(QLabel, "stimulus-note").text()

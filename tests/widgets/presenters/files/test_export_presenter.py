@@ -90,7 +90,7 @@ def test_sharing_reports_its_local_address_and_stops(window, qtbot):
 
 
 @pytest.mark.long
-def test_sharing_survives_a_port_that_is_freed_late(window, tmp_path, monkeypatch, qtbot):
+def test_sharing_starts_although_its_port_is_freed_late(window, tmp_path, monkeypatch, qtbot):
     window.live.recording.start(tmp_path / "a.mcap")
     run(window, 0.1)
     window.live.recording.stop()

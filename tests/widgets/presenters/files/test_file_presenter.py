@@ -50,7 +50,7 @@ def backends():
 
 
 @pytest.mark.long
-def test_record_stop_replay_scrub_and_back(new_window, qtbot, tmp_path):
+def test_recording_is_stopped_replayed_scrubbed_and_left(new_window, qtbot, tmp_path):
     window = new_window
     window.action("record").trigger()
     assert window.live.recording.recorder is not None

@@ -164,7 +164,7 @@ def test_exported_map_is_dropped_or_opened_as_one_edit(window, files, tmp_path, 
         ("foreign.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "texture coordinate"),
     ],
 )
-def test_foreign_file_gets_one_message_with_what_is_missing(window, files, tmp_path, name, text, missing):
+def test_file_of_another_program_gives_one_message_about_missing_data(window, files, tmp_path, name, text, missing):
     before = window.editor.document
     (tmp_path / name).write_text(text)
     assert not files.open(str(tmp_path / name))

@@ -132,7 +132,7 @@ def test_drawn_path_is_asked_about_and_kept(window):
 
 
 @pytest.mark.parametrize("name", ["take_over", pytest.param("connect", marks=pytest.mark.long)])
-def test_act_in_a_recording_asks_about_the_path_behind_it(window, tmp_path, name):
+def test_action_in_a_replay_asks_about_the_unsaved_path_of_the_scene(window, tmp_path, name):
     window.live.recording.start(tmp_path / "a.mcap")
     run(window, 0.2)
     window.live.recording.stop()

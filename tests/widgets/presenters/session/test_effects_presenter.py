@@ -142,7 +142,7 @@ def test_unstable_choice_can_be_declined(window, panel, in_a_corner):
     assert window.notification_bar.text == ""
 
 
-def test_effects_chosen_while_paused_survive_a_reset(window, panel):
+def test_effects_chosen_while_paused_are_kept_after_a_reset(window, panel):
     window.action("pause").trigger()
     choose(panel, "noise", "on")
     window.action("reset").trigger()

@@ -193,7 +193,7 @@ def test_stroke_back_to_its_start_is_closed():
     assert sketch.shape.points[0] == tuple(ring[0])
 
 
-def test_tremor_is_not_a_stroke():
+def test_small_tremor_does_not_count_as_a_stroke():
     sketch = PathSketch("polyline", CORNERS[0])
     sketch.move(CORNERS[0] + [FAR / 2, 0.0], FAR)
     assert not sketch.release(FINE, CLOSING_DISTANCE)
@@ -215,7 +215,7 @@ def test_two_points_are_set_by_a_drag_or_by_clicks(kind):
     np.testing.assert_allclose(sketch.shape.points, CORNERS[[0, 2]])
 
 
-def test_corners_are_removed_until_none_is_left():
+def test_corners_are_removed_one_by_one_until_the_path_is_empty():
     sketch = clicked()
     assert sketch.remove_last()
     np.testing.assert_array_equal(sketch.shape.points, CORNERS[:2])

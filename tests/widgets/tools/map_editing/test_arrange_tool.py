@@ -266,7 +266,7 @@ def test_caption_describes_the_drag(bench):
         bench.release(end)
 
 
-def test_clicks_select(bench):
+def test_clicks_select_patches(bench):
     left = bench.over(0)
     right = bench.over(1)
     for pixel, keys, selected in (
@@ -355,7 +355,7 @@ def test_box_selects_overlapping_patches(bench):
 
 
 @pytest.mark.long
-def test_click_on_the_body_selects_and_a_drag_does_nothing(bench):
+def test_click_on_the_body_selects_and_a_drag_has_no_effect(bench):
     at = bench.document.skin.taxel_point(0)
     place = PointerHit(at, None, 1e-3)
     assert bench.tool.body_marks() == NO_MARKS

@@ -94,7 +94,7 @@ def test_stroke_is_shown_on_map_and_body_while_painting(hand, editor, tool, docu
 
 
 @pytest.mark.long
-def test_alt_erases(hand, editor, document):
+def test_stroke_with_alt_erases(hand, editor, document):
     hand.drag(middle(document, CAP) - [0.02, 0], middle(document, CAP) + [0.02, 0])
     before = len(painted(editor.document))
     QTest.mouseClick(hand.view.viewport(), LEFT, ALT, hand.pixel(middle(editor.document, CAP)))

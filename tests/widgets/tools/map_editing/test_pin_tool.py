@@ -154,7 +154,7 @@ def test_pin_that_cannot_reach_its_target_shows_the_distance(hand, editor, docum
 
 
 @held
-def test_request_of_another_tool_is_not_discarded(hand, editor, worker, document):
+def test_request_from_another_tool_is_not_discarded(hand, editor, worker, document):
     editor.ask(lambda now: set_method(now, [SHEET], "tutte"))
     assert editor.busy
     hand.drag(middle(document, CAP), middle(document, CAP) + [0.02, 0])

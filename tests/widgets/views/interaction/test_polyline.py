@@ -37,7 +37,7 @@ def test_closed_stroke_keeps_the_points_between_its_ends():
 
 
 @pytest.mark.parametrize("count", [1, 2])
-def test_one_or_two_points_are_kept(count):
+def test_polylines_of_one_or_two_points_are_unchanged(count):
     points = np.arange(2.0 * count).reshape(count, 2)
     np.testing.assert_array_equal(simplify_polyline(points, 1.0), points)
 
@@ -65,7 +65,7 @@ STAR = np.array([[np.sin(4 * np.pi * k / 5), np.cos(4 * np.pi * k / 5)] for k in
     ],
     ids=["square", "turned round", "star", "point", "line"],
 )
-def test_points_in_polygon(outline, points, expected):
+def test_points_inside_a_polygon_are_found(outline, points, expected):
     assert points_in_polygon(outline, np.array(points, float)).tolist() == expected
 
 

@@ -252,7 +252,7 @@ def _world(view, prepared, at):
 
 
 @pytest.mark.long
-def test_keys_select_all_none_and_the_inverse(window, side):
+def test_keys_select_all_or_no_taxels_and_invert_the_selection(window, side):
     count = len(window.live.prepared.skin)
     window.activateWindow()
     side.view.setFocus()

@@ -184,7 +184,7 @@ def test_losing_the_focus_lifts_the_finger_once(board):
         pytest.param(SKIN, MIDDLE, NO_KEYS, True, id="middle"),
     ],
 )
-def test_drags_that_move_the_view(board, moved, start, button, keys, pans):
+def test_drags_with_buttons_and_keys_move_the_view(board, moved, start, button, keys, pans):
     board.drag(start, OTHER_SKIN, button, keys)
     assert board.did == ["panned" if pans else moved]
 
@@ -205,7 +205,7 @@ def test_style_selects_the_buttons_that_move_the_view(board, moved, style, butto
     assert board.did == [expected or moved]
 
 
-def test_space_pans_in_a_drag_and_is_a_tap_without_one(board):
+def test_space_pans_during_a_drag_and_triggers_its_action_otherwise(board):
     board.gestures.space_tapped.connect(lambda: board.did.append("tapped"))
     up = QKeyEvent(QEvent.Type.KeyRelease, Qt.Key.Key_Space, NO_KEYS)
     assert board.key(Qt.Key.Key_Space)
@@ -233,7 +233,7 @@ def test_shift_click_on_skin_requests_a_latch_and_right_click_the_menu(board, mo
     assert board.did[3:] == [moved]
 
 
-def test_control_gets_its_clicks(board):
+def test_control_in_the_view_receives_its_clicks(board):
     board.move(CONTROL)
     assert board.pointer == Qt.CursorShape.PointingHandCursor
     board.drag(CONTROL, CONTROL)
@@ -308,7 +308,7 @@ def test_click_with_a_key_that_adds_toggles(board, keys, mode):
 
 
 @pytest.mark.parametrize("tool", [SELECT_BOX, SELECT_LASSO, SELECT_BRUSH])
-def test_press_that_moved_and_returned_is_no_click(board, tool):
+def test_press_that_moved_and_returned_is_not_a_click(board, tool):
     board.gestures.set_tool(tool)
     board.press(OTHER_SKIN)
     board.move((60.0, 90.0))
@@ -347,7 +347,7 @@ def test_brush_selects_from_the_press_on_and_along_each_stretch(board):
     assert board.selector.rubber_band.outline is None
 
 
-def test_cancelling_a_drag_abandons_it_and_cancelling_a_press_makes_it_no_click(board):
+def test_cancelled_drag_is_discarded_and_cancelled_press_is_not_a_click(board):
     abandoned = []
     board.gestures.set_tool(SELECT_BOX)
     board.selector.abandoned.connect(lambda: abandoned.append(True))

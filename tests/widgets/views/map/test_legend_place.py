@@ -61,7 +61,7 @@ def test_legends_are_stacked_and_aligned_to_the_edge(free):
     assert (narrow.left() == wide.left()) == (free == "upper left")
 
 
-def test_no_legends_have_no_boxes():
+def test_layout_without_legends_is_empty():
     assert LegendPlace(EDGE).boxes([], shapes(WHOLE), ROOM) == []
 
 

@@ -84,7 +84,7 @@ def test_patches_whose_borders_cross_are_those_that_overlap():
 
 @pytest.mark.long
 @pytest.mark.parametrize("kind", ["apart", "over another", "inside another", "flipped", "hidden", "new chart"])
-def test_flaws_are_those_of_the_whole_map(kind):
+def test_flaws_equal_those_of_the_whole_map(kind):
     document = MapDocument.of(leaves())
     finder = FlawFinder()
     finder.of(document)

@@ -36,7 +36,7 @@ def test_map_without_size_has_a_scale():
 @pytest.mark.parametrize(
     ("value", "text"), [(0.0, "0.00"), (0.123, "0.12"), (7.4, "7.40"), (12.34, "12.3"), (99.96, "100"), (431.4, "431")]
 )
-def test_three_digits(value, text):
+def test_lengths_are_formatted_with_three_digits(value, text):
     assert format_three_digits(value) == text
 
 

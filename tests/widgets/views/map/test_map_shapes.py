@@ -39,7 +39,7 @@ def test_loop_of_one_kind_stays_whole():
     assert (plain, len(seams)) == ((), 1)
 
 
-def test_shapes_of_a_real_map(prepared):
+def test_shapes_of_a_real_map_are_complete(prepared):
     document = MapDocument.of(prepared.map)
     shapes = MapShapes.of(document, SceneTransform.around(prepared.map.bounds))
     assert [patch.name for patch in shapes.patches] == [patch.name for patch in prepared.skin.patches]

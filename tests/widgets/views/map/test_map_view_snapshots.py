@@ -30,13 +30,13 @@ def view(qtbot):
 
 
 @pytest.mark.parametrize("theme", [DARK, LIGHT], ids=["dark", "light"])
-def test_framed(view, theme):
+def test_fitted_map_view_matches_its_snapshot(view, theme):
     view.set_theme(theme)
     view.show()
     check_picture(view, f"map_view_{theme.name}")
 
 
-def test_zoomed_in_and_replaying(view):
+def test_zoomed_map_view_in_a_replay_matches_its_snapshot(view):
     view.show()
     view.set_replaying(replaying=True)
     view.zoom(3.0, view.pixel_of(leaf_map().skin.taxel_point(0)))

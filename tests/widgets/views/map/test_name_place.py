@@ -46,7 +46,7 @@ def areas(view):
         yield path
 
 
-def test_names_are_on_no_skin_and_on_no_other_caption(view):
+def test_names_cover_no_skin_and_no_other_caption(view):
     painter, place = place_of(view)
     names = painter._name_chips(*place)
     assert [text for _, text in names] == ["left leaf", "right leaf"]
@@ -69,7 +69,7 @@ def test_name_of_a_patch_with_room_is_above_its_middle(view):
     assert upper[0].bottom() == pytest.approx(own.top() - 2.0, abs=1.5)
 
 
-def test_name_stays_while_contacts_come_and_go(view):
+def test_name_stays_in_place_while_contacts_appear_and_disappear(view):
     painter, place = place_of(view)
     before = painter._name_chips(*place)
     view.show_frame(touched(leaves(), [middle_taxel(leaves(), 0), middle_taxel(leaves(), 1)]))

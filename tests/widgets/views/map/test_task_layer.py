@@ -185,7 +185,7 @@ def test_small_ellipses_are_not_drawn(view, tactile_map):
 
 
 @pytest.mark.parametrize("theme", [DARK, LIGHT], ids=lambda theme: theme.name)
-def test_task_looks_like_its_snapshot(view, tactile_map, theme):
+def test_task_layer_matches_its_snapshot(view, tactile_map, theme):
     view.set_theme(theme)
     frame = touched(tactile_map, [middle_taxel(tactile_map, 0)])
     view.show_frame(frame, task=replace(example_task(tactile_map), contact=frame.regions[0].id))

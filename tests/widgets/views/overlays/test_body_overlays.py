@@ -26,7 +26,7 @@ def covered(mesh, marked):
 
 @pytest.mark.parametrize("share", [0.02, 0.3, 0.5, 0.9, 1.0])
 @pytest.mark.parametrize("mesh", [sheet(12, 9), cap(1e-3, rings=9)], ids=["sheet", "disk"])
-def test_outlines_enclose_what_the_triangles_cover(mesh, share):
+def test_outlines_enclose_the_covered_triangles(mesh, share):
     random = np.random.default_rng(3)
     for _ in range(5):
         marked = random.random(len(mesh.vertices)) < share
@@ -35,7 +35,7 @@ def test_outlines_enclose_what_the_triangles_cover(mesh, share):
         assert sum(loops) == pytest.approx(triangles.sum(), abs=1e-15)
 
 
-def test_all_vertices_make_the_whole_and_none_make_nothing():
+def test_area_of_all_vertices_is_the_whole_mesh_and_of_none_is_empty():
     mesh = sheet(5, 4)
     triangles, loops = covered(mesh, np.ones(len(mesh.vertices), bool))
     assert triangles.sum() == pytest.approx(mesh.area)
@@ -44,7 +44,7 @@ def test_all_vertices_make_the_whole_and_none_make_nothing():
     assert len(triangles) == len(loops) == 0
 
 
-def test_a_hole_is_left_out():
+def test_hole_is_excluded_from_the_area():
     mesh = sheet(8, 8)
     marked = np.ones(len(mesh.vertices), bool)
     marked[40] = False

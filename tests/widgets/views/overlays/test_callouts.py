@@ -13,7 +13,7 @@ WORDS = QSizeF(52, 22)
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_words_are_over_no_place_and_no_other_words(seed):
+def test_callouts_cover_no_place_and_no_other_callout(seed):
     rng = np.random.default_rng(seed)
     spots = [Spot(QPointF(*at), 16.0, WORDS) for at in rng.uniform((60, 60), (440, 340), (7, 2)).tolist()]
     boxes = [callout.box for callout in place_callouts(spots, ROOM)]
@@ -56,7 +56,7 @@ def test_caption_is_placed_next_to_a_small_patch_not_on_it():
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_leader_lines_cross_no_caption_and_no_other_contact_where_there_is_room(seed):
+def test_leader_lines_cross_no_caption_and_no_contact_if_there_is_room(seed):
     rng = np.random.default_rng(seed)
     patch = QRectF(210, 170, 90, 60)
     names = [QRectF(215, 150, 80, 17), QRectF(*rng.uniform((10, 10), (90, 330)).tolist(), 70, 17)]

@@ -43,7 +43,7 @@ def test_ray_to_a_taxel_finds_it_in_any_posture(prepared, picker, seed):
         np.testing.assert_allclose(place(prepared, poses, found)[0], point, atol=2e-4)
 
 
-def test_first_surface_is_picked_and_bare_links_hide_skin(prepared, picker):
+def test_first_surface_along_a_ray_is_picked_and_bare_links_hide_skin(prepared, picker):
     poses = Configuration(prepared.robot).poses()
     rng = np.random.default_rng(0)
     hidden = 0

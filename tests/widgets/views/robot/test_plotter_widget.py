@@ -82,7 +82,7 @@ def test_very_slow_picture_is_not_drawn_again(draw, qtbot):
         assert canvas.qualities == [1.0, 1.0]
 
 
-def test_slow_pictures_that_follow_each_other_have_low_resolution_until_nothing_changes(draw, qtbot):
+def test_consecutive_slow_pictures_have_low_resolution_until_changes_stop(draw, qtbot):
     canvas, drawing = draw(HALF_RESOLUTION_IN_A_ROW_FROM_MS + 10)
     drawing.drawn.connect(lambda _ms: len(canvas.qualities) < 6 and drawing.request())
     drawing.now()
@@ -90,7 +90,7 @@ def test_slow_pictures_that_follow_each_other_have_low_resolution_until_nothing_
     assert canvas.qualities == [1.0, 1.0, 1.0, 0.5, 0.5, 0.5, 2.0]
 
 
-def test_pause_after_a_picture_is_as_long_as_it_took_less_the_time_used_for_the_map(draw, qtbot):
+def test_pause_after_a_picture_equals_its_duration_minus_the_time_of_the_map(draw, qtbot):
     canvas, drawing = draw(100.0)
     pauses = []
 
@@ -117,7 +117,7 @@ def canvas(qtbot):
 
 
 @pytest.mark.parametrize("quality", [0.5, 1.0, 2.0])
-def test_the_picture_fills_the_widget_at_any_quality(canvas, quality):
+def test_picture_fills_the_widget_at_any_quality(canvas, quality):
     canvas.plotter.set_background("#102030")
     canvas.draw(quality=quality)
     image = canvas.grab().toImage()

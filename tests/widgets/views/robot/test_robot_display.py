@@ -23,7 +23,7 @@ def test_pressed_pixel_has_the_colour_of_skin(view, skin):
     assert image.pixelColor(BESIDE) != colour
 
 
-def test_fitted_robot_stays_whole_after_a_resize(view, prepared):
+def test_fitted_robot_stays_completely_visible_after_a_resize(view, prepared):
     view.resize(240, 500)
     taxels = range(0, len(prepared.skin), 10)
     places = [view.display.pixel_of(prepared.skin.taxel_point(taxel)) for taxel in taxels]

@@ -57,7 +57,7 @@ def test_double_click_on_the_cube_does_not_fit_the_view(view, aside):
     assert abs((looking.eye - looking.focus) @ normal) > 0.99 * looking.distance
 
 
-def test_drag_from_the_cube_does_nothing(view, heard):
+def test_drag_from_the_cube_has_no_effect(view, heard):
     view.display.draw_now()
     place, _ = cube_face(view, "Y")
     QTest.mousePress(view.display.canvas.widget, LEFT, NONE, place)

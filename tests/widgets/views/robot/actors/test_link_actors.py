@@ -94,7 +94,7 @@ def test_link_around_the_camera_has_its_own_mesh(scene, levels):
 
 @pytest.mark.long
 @pytest.mark.parametrize("theme", [DARK, LIGHT], ids=["dark", "light"])
-def test_coarse_links_look_like_full_ones(scene, levels, theme):
+def test_coarse_links_are_drawn_like_full_ones(scene, levels, theme):
     scene.set_theme(theme)
     scene.skin.link_actors.clear()  # the links alone, of which the skin hides most
     for _, actor in list(enumerate(scene.skin._plain)):

@@ -71,7 +71,7 @@ def corners(body):
 
 
 @pytest.mark.long
-def test_only_near_objects_are_fitted_to_the_view(scene, prepared):
+def test_view_is_fitted_only_to_near_objects(scene, prepared):
     size = (240, 200)
     bodies = among(prepared, BALL, CRATE).objects
     scene.show_prepared(among(prepared, BALL, CRATE))

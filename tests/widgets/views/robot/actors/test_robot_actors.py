@@ -93,7 +93,7 @@ def test_arrow_length_shows_the_force(scene, pressed):
     assert np.linalg.norm(arrow[0] - arrow[1]) == pytest.approx(0.012 * region.force)
 
 
-def test_frames_create_no_actors(plotter, scene, pressed, prepared):
+def test_showing_frames_creates_no_actors(plotter, scene, pressed, prepared):
     names = list(plotter.actors)
     for _ in range(3):
         scene.show_frame(pressed)
@@ -102,7 +102,7 @@ def test_frames_create_no_actors(plotter, scene, pressed, prepared):
     assert list(plotter.actors) == names
 
 
-def test_shows_compares_frames(scene, prepared, pressed):
+def test_shows_is_true_only_for_the_frame_drawn_last(scene, prepared, pressed):
     assert not scene.shows(pressed)
     scene.show_frame(pressed)
     assert scene.shows(pressed)

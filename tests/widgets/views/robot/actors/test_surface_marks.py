@@ -28,7 +28,7 @@ def test_ribbon_has_its_width_and_the_length_of_its_line():
 
 
 @pytest.mark.parametrize("count", [2, 5, 101])
-def test_dashes_do_not_depend_on_where_the_vertices_are(count):
+def test_dashes_do_not_depend_on_the_vertices_of_the_line(count):
     made = ribbon(*line(count), 0.02, lift=0.0, dash=0.1)
     dashes = 6 * 0.1 + min(0.1, 1 - 6 * 0.16)  # each followed by a gap of 0.06
     assert area(made).sum() == pytest.approx(0.02 * dashes)
@@ -36,7 +36,7 @@ def test_dashes_do_not_depend_on_where_the_vertices_are(count):
     assert ((x % 0.16) < 0.1).all()
 
 
-def test_a_line_of_one_point_or_on_one_spot_is_nothing():
+def test_line_without_length_is_not_drawn():
     assert len(ribbon(*line(1), 0.02, lift=0.1, dash=0.1)) == 0
     points, normals = line(3)
     assert len(ribbon(0 * points, normals, 0.02, lift=0.1)) == 0
@@ -63,13 +63,13 @@ def test_line_has_no_notch_at_a_bend():
     assert len(first & second) == 2
 
 
-def test_each_side_may_have_a_width_of_its_own():
+def test_sides_of_a_ribbon_may_have_different_widths():
     points, normals = line(4)
     made = ribbon(points, normals, np.array([0.3, 0.2, 0.1]), lift=0.0)
     np.testing.assert_allclose(area(made).reshape(3, 2).sum(axis=1), np.array([0.3, 0.2, 0.1]) / 3)
 
 
-def test_heads_point_along_the_line_at_even_distances():
+def test_arrow_heads_point_along_the_line_at_equal_distances():
     points, normals = line(50)
     made = arrowheads(points, normals, 0.05, every=0.3, lift=0.02)
     assert len(made) == 3
@@ -79,7 +79,7 @@ def test_heads_point_along_the_line_at_even_distances():
     np.testing.assert_allclose(area(made), 0.5 * 0.05**2)
 
 
-def test_a_short_line_has_one_head_and_a_shorter_one_none():
+def test_short_line_has_one_arrow_head_and_a_shorter_one_none():
     points, normals = line(5)
     (head,) = arrowheads(0.2 * points, normals, 0.05, every=0.9, lift=0.0)
     assert 0.05 < head[1, 0] < 0.2
