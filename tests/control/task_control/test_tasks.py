@@ -13,6 +13,7 @@ from tactile_maps.control.motion.limits import ActiveLimits, Limit, LimitKind, R
 from tactile_maps.control.motion.map_kinematics import MapKinematics
 from tactile_maps.control.motion.observation import TaskTick
 from tactile_maps.control.motion.task_priority import ContactPresence
+from tactile_maps.control.path_following.contact_place import SPARSE
 from tactile_maps.control.task_control.monitors import EnergyTank
 from tactile_maps.control.task_control.tasks import MOST_ERROR, SEARCH_TIME, TaskManager
 from tactile_maps.robots.kinematics import Configuration
@@ -32,11 +33,15 @@ def sheared(force):
 
 
 class Bench:
-    """A task manager on the map of the bar, or of two plates."""
+    """A task manager on the map of the bar, or of two plates.
+
+    Contacts move over skin at rest; taxels are fine, so that their places are used as read.
+    """
 
     def __init__(self, task="keep_force", map_=BAR.map, **settings):
         self.manager = TaskManager()
         self.kinematics = MapKinematics(map_)
+        self.kinematics.pitch = min(self.kinematics.pitch, SPARSE)
         self.settings = ControlSettings(task=task, **settings)
 
     def step(self, *contacts, **settings):
