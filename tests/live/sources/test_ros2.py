@@ -13,7 +13,7 @@ import pytest
 from tactile_maps.core.assets import asset
 from tactile_maps.core.errors import LiveError, UsageError
 from tactile_maps.live.readings.readings import MalformedReadingError, Unit
-from tactile_maps.live.session.connection import Connection
+from tactile_maps.live.session.connection import Connection, ConnectionState
 from tactile_maps.live.sources.open import SourceOptions, open_source
 from tactile_maps.live.sources.ros2 import MessageReader, Ros2Source, RosTopics, load_topics, message_types
 
@@ -65,9 +65,10 @@ def test_bag_is_played_including_joints(tmp_path, storage):
     for address in (tmp_path / "bag", next(p for p in (tmp_path / "bag").iterdir() if p.suffix in (".mcap", ".db3"))):
         connection = Connection(open_source(str(address), options))
         connection.open()
-        while connection.status.state != "ended":
+        found = []
+        while connection.status.state is not ConnectionState.ENDED:
             connection.step(0.0)
-        found = [connection.take().reading for _ in range(2)]
+            found += [taken.reading] if (taken := connection.take()) else []
         assert [one.time for one in found] == [0.01, 0.02]
         assert found[1].values.tolist() == [1.0, 1.0, 2.0]
         assert found[1].ids.tolist() == [5, 9, 7]
