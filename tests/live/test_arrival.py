@@ -211,8 +211,9 @@ def test_delay_is_reported_relative_to_the_fastest_packet():
     assert np.isclose(tracker.delay.median, 0.0)
 
 
-@given(st.permutations(range(12)), st.sets(st.integers(0, 11)), st.lists(st.integers(0, 11), max_size=5))
+@given(st.permutations(range(12)), st.sets(st.integers(0, 11)), st.lists(st.integers(0, 11), max_size=4))
 def test_every_received_packet_is_passed_on_or_counted(order, dropped, repeated):
+    """Five old numbers in a row, sent again, count as a restart."""
     sent = [0, *(n + 1 for n in order if n not in dropped), *(n + 1 for n in repeated if n not in dropped)]
     numbers, tracker = taken(sent, step=0.0)
     counts = tracker.counts

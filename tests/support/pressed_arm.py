@@ -186,8 +186,9 @@ class Course:
         self.way[k] = task.way
         self.given[k] = task.energy
         if region and task.target is not None:
-            skin = session.map.skin
             self.error[k] = np.linalg.norm(session.map.to_map(task.target) - region.map_point)
+        if region and task.target is not None and len(frame.objects):
+            skin = session.map.skin
             link = skin.link(task.target)
             self._configuration.update(frame.posture)
             ball = self._configuration.pose(link).inverse.points(frame.objects[0][:3, 3])
