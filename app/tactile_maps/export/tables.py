@@ -223,7 +223,7 @@ def _runs(player: RecordingPlayer) -> list[Episode]:
 
 
 def taxel_labels(skin: Skin) -> list[str]:
-    """Return a unique name for each taxel: ``id_87012`` if its hardware id is known, otherwise ``taxel_12``.
+    """Return a unique name for each taxel: ``id_87012`` if its hardware id is known, else ``taxel_12``.
 
     Ids of several taxels are followed by the taxel's number: ``id_3_taxel_12``.
     """

@@ -8,7 +8,7 @@ from functools import cache
 
 import pytest
 
-from tactile_maps.cli.commands.compare import _controller_names
+from tactile_maps.cli.commands.compare import _cell, _controller_names
 from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.core.errors import UsageError
 from tactile_maps.recording.recorder import Recorder
@@ -114,6 +114,11 @@ def test_printed_table_has_a_row_for_each_controller(capsys, scene):
     assert [row.split()[0] for row in rows] == ["impedance", "hold_force"]
     assert rows[0].split()[1] == "-", "it has no place to be off from"
     assert all("0.0 %" in row for row in rows), "no limit keeps it from its goal"
+
+
+@pytest.mark.parametrize(("column", "text"), [("limited", "25.0 %"), ("lost", "25.0 %"), ("energy_J", "0.25")])
+def test_shares_of_the_time_are_printed_in_percent(column, text):
+    assert _cell(column, 0.25) == text
 
 
 @pytest.mark.long
