@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QApplication, QLabel, QToolButton
 
 import tactile_widgets
 from tactile_widgets.context.notification_bar import READ_SECONDS
-from tests.widgets.support.window_driver import press_map, run
+from tests.widgets.support.window_driver import cancel, press_map, run
 
 LEFT = Qt.MouseButton.LeftButton
 
@@ -29,10 +29,6 @@ def crash_files(tmp_path, monkeypatch):
     """Files with the details of unexpected errors."""
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
     return lambda: list((tmp_path / "state").rglob("*crash*"))
-
-
-def cancel(window):
-    QTest.mouseClick(window.loading_bar.findChild(QToolButton, "loading-cancel"), LEFT)
 
 
 def test_message_is_shown_as_plain_text(window):

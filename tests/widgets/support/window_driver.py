@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from PySide6.QtCore import QPointF, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QMessageBox, QWidget
+from PySide6.QtWidgets import QApplication, QMessageBox, QToolButton, QWidget
 
 from tactile_maps.editing.document import MapDocument
 from tactile_widgets.common.application_theme import apply_theme
@@ -117,6 +117,11 @@ def run(window, seconds):
         window.live.runner.run_for(min(seconds, 0.2))
         window.live.pump()
         QApplication.processEvents()
+
+
+def cancel(window):
+    """Press Cancel next to the progress in the status line."""
+    QTest.mouseClick(window.loading_bar.findChild(QToolButton, "loading-cancel"), Qt.MouseButton.LeftButton)
 
 
 def blow_up(live):

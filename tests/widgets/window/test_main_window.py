@@ -19,7 +19,7 @@ from tactile_widgets.common.settings import BaseLayer
 from tactile_widgets.context.notification_bar import Message, MessageStack
 from tactile_widgets.tools.registry import ARRANGE
 from tests.widgets.support.snapshots import check_picture
-from tests.widgets.support.window_driver import blow_up, press_map, run, visible_skin
+from tests.widgets.support.window_driver import blow_up, cancel, press_map, run, visible_skin
 
 
 @pytest.fixture(scope="module")
@@ -231,7 +231,7 @@ def test_session_continues_while_another_robot_is_prepared(new_window, qtbot):
     press_map(new_window, 70)
     run(new_window, 0.1)
     assert new_window.live.runner.session.frame.pokes, "and can be touched"
-    QTest.mouseClick(new_window.loading_bar.findChild(QToolButton, "loading-cancel"), Qt.MouseButton.LeftButton)
+    cancel(new_window)
     assert not new_window.loading_bar.busy
 
 

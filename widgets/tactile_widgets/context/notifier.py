@@ -30,8 +30,8 @@ class Notifier(QObject):
         parent: Qt parent.
     """
 
-    cancelled = Signal(str)
-    """Key of the job whose progress was shown when the user cancelled it."""
+    cancelled = Signal(object)
+    """The job whose progress was shown when the user cancelled it."""
     message_shown = Signal(str, bool)
     """Text of a message, and whether it is about a failure."""
     hints_dismissed = Signal()
@@ -50,7 +50,7 @@ class Notifier(QObject):
         self._hints = hints
         self._status = status
         self._progress = progress
-        self._jobs: dict[str, tuple[str, float | None]] = {}
+        self._jobs: dict[object, tuple[str, float | None]] = {}
         self._faults: Counter[str] = Counter()
         progress.cancelled.connect(self._on_cancelled)
         hints.dismissed.connect(self.hints_dismissed)
@@ -130,19 +130,19 @@ class Notifier(QObject):
 
     # Jobs.
 
-    def progress(self, job: str, text: str, fraction: float | None = None) -> None:
+    def progress(self, job: object, text: str, fraction: float | None = None) -> None:
         """Show the progress of a job.
 
         Args:
-            job: Key of the job; of several jobs, the one that began last is shown.
+            job: The job; of several jobs, the one that began last is shown.
             text: The stage.
             fraction: Share of the whole job that is done, 0 to 1; None if unknown.
         """
         self._jobs[job] = text, fraction
         self._show_jobs()
 
-    def done(self, job: str) -> None:
-        """Remove a job that has finished, failed or been cancelled; unknown keys are ignored."""
+    def done(self, job: object) -> None:
+        """Remove a job that has finished, failed or been cancelled; others are ignored."""
         if self._jobs.pop(job, None) is not None:
             self._show_jobs()
 

@@ -32,25 +32,23 @@ class JobProgress(QObject):
 
     Args:
         notifier: Shows the progress.
-        key: Identifier of the work.
         cancel: Called when the user cancels the work.
     """
 
-    def __init__(self, notifier: Notifier, key: str, cancel: Callable[[], object]) -> None:
+    def __init__(self, notifier: Notifier, cancel: Callable[[], object]) -> None:
         super().__init__(notifier)
         self._notifier = notifier
-        self._key = key
         self._cancel = cancel
         notifier.cancelled.connect(self._on_cancelled)
 
     def show(self, text: str, fraction: float | None = None) -> None:
         """Show the current stage and its progress, 0 to 1; None if the progress is unknown."""
-        self._notifier.progress(self._key, text, fraction)
+        self._notifier.progress(self, text, fraction)
 
     def end(self) -> None:
         """Hide the progress of work that was completed, failed or cancelled."""
-        self._notifier.done(self._key)
+        self._notifier.done(self)
 
-    def _on_cancelled(self, key: str) -> None:
-        if key == self._key:
+    def _on_cancelled(self, job: object) -> None:
+        if job is self:
             self._cancel()

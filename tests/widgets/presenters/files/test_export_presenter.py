@@ -16,7 +16,7 @@ from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.dialogs.export_dialog import ExportDialog
 from tactile_widgets.plots.timeline.playhead import Span
 from tactile_widgets.session import sharing
-from tests.widgets.support.window_driver import run
+from tests.widgets.support.window_driver import cancel, run
 
 
 @pytest.fixture
@@ -50,7 +50,7 @@ def test_recording_is_exported_in_the_background(window, qtbot, path, tmp_path):
 def test_cancelled_export_leaves_no_file(window, qtbot, path, tmp_path):
     presenter = window.presenters.export
     presenter.export(str(path), FORMATS["csv"], str(tmp_path / "out"))
-    window.notifier.cancelled.emit("export")
+    cancel(window)
     finished(window, qtbot)
     assert sorted(one.name for one in tmp_path.iterdir() if "out" in one.name or "part" in one.name) in ([], ["out"])
     assert not [one for one in tmp_path.iterdir() if one.name.endswith(".part")]

@@ -34,7 +34,7 @@ from tactile_widgets.session.backends import INLINE
 from tactile_widgets.views.interaction.view_tool import PointedAt
 from tests.support.taxel_formats import FORMATS, LINK, cylinder_taxels, write_formats
 from tests.widgets.support.executors import in_process
-from tests.widgets.support.window_driver import press_map, run
+from tests.widgets.support.window_driver import cancel, press_map, run
 
 
 @pytest.fixture
@@ -167,7 +167,7 @@ def test_failed_or_cancelled_files_are_not_recent_files(window, tmp_path, monkey
     assert window.notification_bar.text
     monkeypatch.setattr(window.live.scene_jobs.executor, "hold", True)
     window.presenters.files.open_path(str(unwanted))
-    window.context.notifier.cancelled.emit("scene")
+    cancel(window)
     window.live.show_prepared(window.live.prepared)
     assert {str(broken), str(unwanted)}.isdisjoint(window.settings.recent)
 

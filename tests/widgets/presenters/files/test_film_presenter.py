@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QApplication
 
 from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.dialogs.figures.film_job import FilmRequest
-from tests.widgets.support.window_driver import run
+from tests.widgets.support.window_driver import cancel, run
 
 LEFT = Qt.MouseButton.LeftButton
 pytestmark = pytest.mark.qt_log_ignore("This plugin does not support")
@@ -54,7 +54,7 @@ def parts(folder):
 def test_cancelled_film_leaves_no_file(window, tmp_path, monkeypatch):
     target = begin(window, tmp_path, monkeypatch)
     assert parts(tmp_path), "it is made in a folder of its own"
-    window.notifier.cancelled.emit("film")
+    cancel(window)
     assert window.presenters.film._executor.pid is None
     assert not target.exists()
     assert not parts(tmp_path)

@@ -129,7 +129,6 @@ def test_work_made_while_a_skin_is_prepared_is_kept(changed):
     window = changed
     document = edited(window)
     window.live.failed.emit("A measurement failed")
-    window.context.notifier.cancelled.emit("film")
     draw_path(window, (5, 12, 20))
     path = window.live.runner.session.settings.path
     window.action("poke").trigger()

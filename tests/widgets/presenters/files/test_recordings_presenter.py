@@ -25,6 +25,7 @@ from tactile_widgets.dialogs.recordings_dialog import RecordingsDialog
 from tactile_widgets.jobs.executor import ProcessExecutor
 from tactile_widgets.plots.timeline.playhead import Span
 from tests.support.recordings import with_checksum_damage
+from tests.widgets.support.window_driver import cancel
 
 LEFT = Qt.MouseButton.LeftButton
 
@@ -170,7 +171,7 @@ def test_cancelled_part_leaves_no_file(new_window, folder, monkeypatch, qtbot):
     monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(folder / "part.mcap"))
     window.action("trim_range").trigger()
     qtbot.waitUntil(lambda: any(path.name.startswith(".") for path in folder.iterdir()), timeout=60_000)
-    window.context.notifier.cancelled.emit("trim")
+    cancel(window)
     assert sorted(path.name for path in folder.iterdir()) == ["junk.mcap", "one.mcap", "two.mcap"]
 
 

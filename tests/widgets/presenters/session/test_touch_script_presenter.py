@@ -12,7 +12,7 @@ from tactile_maps.recording.player import RecordingPlayer
 from tactile_maps.stimuli.stimulus_file import load_stimuli
 from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.common.mode import Mode
-from tests.widgets.support.window_driver import blow_up, press_map, run
+from tests.widgets.support.window_driver import blow_up, cancel, press_map, run
 
 pytestmark = pytest.mark.long
 
@@ -138,7 +138,7 @@ def test_weighing_shows_progress_and_can_be_cancelled(window, monkeypatch):
     monkeypatch.setattr(window.live.measurements.cost_executor, "hold", True)  # as in a process
     window.action("weigh").trigger()
     assert window.loading_bar.busy
-    QTest.mouseClick(window.loading_bar.findChild(QToolButton, "loading-cancel"), LEFT)
+    cancel(window)
     assert not window.loading_bar.busy
 
 

@@ -42,7 +42,7 @@ class ExportPresenter(Presenter):
         super().__init__(context, parent)
         self._thread: threading.Thread | None = None
         self._cancelled = threading.Event()
-        self._progress = JobProgress(self._notifier, "export", self._cancelled.set)
+        self._progress = JobProgress(self._notifier, self._cancelled.set)
         context.actions.bind(
             export_recording=self.choose,
             share_live=partial(self.toggle_sharing, ViewerKind.FOXGLOVE),

@@ -36,7 +36,7 @@ class FilmPresenter(Presenter):
         super().__init__(context, parent)
         self.dialog: FilmDialog | None = None
         self._executor = ProcessExecutor("film", self)
-        self._progress = JobProgress(self._notifier, "film", self.close)
+        self._progress = JobProgress(self._notifier, self.close)
         self._target: Path | None = None
         self._folder: Path | None = None
         self._of_session = False

@@ -61,7 +61,7 @@ class RecordingsPresenter(Presenter):
         self._scratch: list[Path] = []
         self._cutter = context.backends.executor("recordings", self)
         self._summaries = context.backends.executor("recordings", self)
-        self._progress = JobProgress(self._notifier, "trim", self._cancel_cutting)
+        self._progress = JobProgress(self._notifier, self._cancel_cutting)
         context.actions.bind(
             recordings=self.list_recordings,
             trim_range=self.choose_part,

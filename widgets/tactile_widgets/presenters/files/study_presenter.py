@@ -39,7 +39,7 @@ class StudyPresenter(Presenter):
         super().__init__(context, parent)
         self._scratch = Path()
         self._executor = context.backends.executor("recordings", self)
-        self._progress = JobProgress(self._notifier, "replay-case", self.close)
+        self._progress = JobProgress(self._notifier, self.close)
         context.actions.bind(open_study=self.choose)
 
     def choose(self) -> None:

@@ -60,7 +60,7 @@ class OverlayPresenter(Presenter):
         )
         self._session.replay.player_changed.connect(self.remove)
         self._session.frame_ready.connect(self._on_frame_ready)
-        self._progress = JobProgress(self._notifier, "overlay", self.remove)
+        self._progress = JobProgress(self._notifier, self.remove)
 
     def close(self) -> None:
         """Cancel the reading of the second recording."""

@@ -51,7 +51,7 @@ class RecordingPlotsPresenter(Presenter):
         self._plots.time_chosen.connect(self._timeline.go_to)
         self._plots.range_dragged.connect(self._timeline.set_range)
         self._plots.menu_requested.connect(self._timeline.menu_requested)
-        self._progress = JobProgress(self._notifier, "curves", self._on_cancelled)
+        self._progress = JobProgress(self._notifier, self._on_cancelled)
         self._show()
 
     def close(self) -> None:

@@ -60,7 +60,7 @@ class ScenePresenter(Presenter):
         for card in (views.robot.card, views.map.card):
             card.open_requested.connect(context.actions["open_robot"].trigger)
             card.cancel_requested.connect(session.cancel_loading)
-        self._progress = JobProgress(self._notifier, "scene", session.cancel_loading)
+        self._progress = JobProgress(self._notifier, session.cancel_loading)
 
     def _on_prepared_changed(self, prepared: PreparedScene) -> None:
         """Show another scene: first the effects, then the views and panels, and last its map for editing."""

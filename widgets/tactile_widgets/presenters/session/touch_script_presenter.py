@@ -41,7 +41,7 @@ class TouchScriptPresenter(Presenter):
         )
         self._session.measurements.weighing_changed.connect(self._on_weighing_changed)
         self._session.measurements.weighed.connect(self._on_weighed)
-        self._progress = JobProgress(self._notifier, "weighing", self._session.measurements.cancel_weighing)
+        self._progress = JobProgress(self._notifier, self._session.measurements.cancel_weighing)
 
     def choose_save(self) -> None:
         """Ask for a file, and save the pokes since the reset; report if there are none."""
