@@ -270,6 +270,16 @@ def test_empty_tank_slows_down_motion_against_a_force_along_the_skin():
     assert shares[1] > 0.5, "the object pulls"
 
 
+@pytest.mark.parametrize(("friction", "limited"), [(0.5, True), (0.9, False)])
+def test_force_along_the_skin_is_limited_by_the_friction_of_its_contact(friction, limited):
+    """With 3 N and 0.8 of the friction, 2 N along the skin need a friction of 0.83."""
+    bench, one, _ = arm_bench("qp", friction_use=0.8)
+    along = np.cross(one.link_normal, [0.3, 0.5, 0.8])
+    force = tuple(2.0 * along / np.linalg.norm(along))
+    bench.step((replace(one, shear=ContactShear(force, 0.0, 0.0, 1.0, Slip.STICKING, friction, estimated=False)),))
+    assert (LimitKind.FRICTION_CAP in kinds(bench.limits)) == limited
+
+
 def test_contact_that_moves_along_with_the_skin_may_slide():
     bench, here, there = arm_bench(task="hold_point", follows=True)
     bench.step((here,))

@@ -136,6 +136,16 @@ def test_body_beyond_the_friction_angle_slides_by_the_coulomb_law(friction, inte
 
 
 @pytest.mark.parametrize("integrator", INTEGRATORS)
+def test_sliding_body_is_braked_by_the_coulomb_law(integrator):
+    simulation = resting("box", integrator)
+    simulation._data.qvel[0] = 0.8
+    simulation._physics.forward()
+    _, poses = run(simulation, 0.05, every=1)
+    times = simulation.timestep * np.arange(len(poses))
+    assert -2 * np.polyfit(times, poses[:, 0, 3], 2)[0] == pytest.approx(0.5 * GRAVITY, rel=0.02)
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS)
 def test_fast_sliding_body_does_not_hop(integrator):
     """The effect of friction on the normal direction of MuJoCo's convex model is limited."""
     slope = np.radians(40.0)

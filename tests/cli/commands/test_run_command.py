@@ -7,6 +7,7 @@ import os
 import re
 import signal
 import socket
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -21,7 +22,7 @@ from tactile_maps.session.prepared_cache import prepare_cached
 from tactile_maps.session.session import Session
 from tactile_maps.stimuli.stimulus_file import load_stimuli, save_stimuli
 from tactile_maps.stimuli.stimulus_kinds import Poke
-from tactile_maps.tactile.mechanics.contact_notes import ContactNoteKind
+from tactile_maps.tactile.mechanics.contact_notes import ContactNote, ContactNoteKind
 from tactile_widgets.__main__ import main
 from tests.support.recordings import record, small_arm
 
@@ -222,6 +223,21 @@ def test_deviations_of_contacts_are_noted_once(tmp_path, capsys):
     assert [note["kind"] for note in found if "block" in note["bodies"]].count("deep") >= 1
     assert len({json.dumps(note) for note in found}) == len(found)
     assert "block is deep in" in printed.err
+
+
+def test_note_states_the_ratio_that_deviates_most(monkeypatch, tmp_path, capsys):
+    path = tmp_path / "pressed.toml"
+    path.write_text(PRESSED_IN)
+    ratios = iter([1.05, 1.3, 0.9])
+    tick = Session.tick
+
+    def bent(session):
+        return replace(tick(session), notes=(ContactNote(ContactNoteKind.BENT_SKIN, ("hand",), ratio=next(ratios)),))
+
+    monkeypatch.setattr(Session, "tick", bent)
+    assert main(["run", "--scene", str(path), "--for", "0.015", "--json"]) == 0
+    (note,) = json.loads(capsys.readouterr().out)["notes"]
+    assert note["ratio"] == 1.3
 
 
 def test_every_finding_of_the_prepared_scene_is_printed_once(tmp_path, capsys):

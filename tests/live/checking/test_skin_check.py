@@ -46,8 +46,9 @@ def test_parts_are_modules_or_groups_of_adjacent_taxels_or_single_taxels():
     assert np.array_equal(np.sort(np.concatenate([part.taxels for part in parts_of(bar_skin(60))])), np.arange(60))
 
 
-def test_working_skin_is_checked_without_keys_and_has_no_faults():
-    check = run()
+@pytest.mark.parametrize("unit", [1.0, 0.01], ids=["counts", "large unit"])
+def test_working_skin_is_checked_without_keys_and_has_no_faults(unit):
+    check = run(settings=CheckSettings(least=unit), noise=unit, force=100 * unit)
     assert check.stage is CheckStage.DONE
     assert outcomes(check) == [Outcome.FELT] * 4
     assert faults(check) == {}

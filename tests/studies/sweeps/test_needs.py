@@ -108,6 +108,11 @@ def test_every_output_has_a_signal():
     assert {len(values) for values in found.values()} == {10}
 
 
+def test_falling_ball_starts_above_the_floor():
+    floor, ball = decision_scenes()["arm under a falling ball"].objects
+    assert ball.at[2] - ball.size[0] > floor.at[2]
+
+
 def test_effects_with_more_than_two_choices_are_switched():
     decided = {row.name: row for row in decision_scenes()["view"].unattended.rows}
     assert switched_to(decided["skin"]) == "water-fill"

@@ -9,8 +9,7 @@ from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.studies.testbeds.fixed_ball import place_to_press, points_above, with_finger, with_fixed_ball
 from tactile_maps.studies.testbeds.path_following import PathSetup
 from tests.support.pressed_arm import forearm
-
-pytestmark = pytest.mark.long
+from tests.support.touch import prepared_bar
 
 
 @pytest.mark.long
@@ -28,6 +27,7 @@ def test_finger_presses_with_its_force_far_from_the_ball():
     assert session.total_normal_force == pytest.approx(5.0, rel=0.05)
 
 
+@pytest.mark.long
 def test_places_to_press_range_from_flat_to_curved():
     prepared = forearm()
     taxels = prepared.skin.patches[0].taxels
@@ -39,3 +39,8 @@ def test_places_to_press_range_from_flat_to_curved():
     places = [place_to_press(prepared, bend=share) for share in (0.0, 0.5, 1.0)]
     assert places[0] == place_to_press(prepared)
     assert bend(places[0]) < bend(places[1]) < bend(places[2])
+
+
+def test_place_on_a_robot_with_few_joints_does_not_depend_on_them():
+    """Fewer than three joints move no taxel in all directions."""
+    assert place_to_press(prepared_bar()) == place_to_press(prepared_bar(hinged=False))

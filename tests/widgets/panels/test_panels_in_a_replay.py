@@ -14,6 +14,7 @@ from tactile_maps.editing.document import rename_patch
 from tactile_maps.recording.recorder import Recorder
 from tactile_maps.session.session import Session
 from tactile_widgets.panels.registry import PanelTab
+from tactile_widgets.panels.touch.live_input_panel import LiveInputPanel
 from tests.support.touch import prepared_bar
 from tests.widgets.support.window_driver import run
 
@@ -101,7 +102,7 @@ def test_history_does_not_list_the_steps_of_the_session(window, recording):
     assert {"Rename a patch", "Rotate"} <= {*texts(window, "history")}
 
 
-def test_accuracy_of_the_session_is_not_measured_during_a_replay(window, recording):
+def test_accuracy_and_rate_of_the_session_are_not_shown_during_a_replay(window, recording):
     window.column.show_tab(PanelTab.MODEL)
     run(window, 0.01)
     panel = window.column["accuracy"]
@@ -110,6 +111,8 @@ def test_accuracy_of_the_session_is_not_measured_during_a_replay(window, recordi
     window.live.open_recording(recording)
     assert not measure.isEnabled()
     assert any("return to it" in text for text in texts(window, "accuracy"))
+    window.column.get(LiveInputPanel).rate_changed.emit(50.0)
+    assert window.status_line.factor.text() == "Replay", "readings may still arrive"
     QTest.mouseClick(measure, Qt.MouseButton.LeftButton)
     assert not panel.busy
     window.live.replay.leave()

@@ -18,6 +18,7 @@ from tactile_maps.recording.player import RecordingPlayer
 from tactile_maps.recording.verify import verify
 from tactile_maps.session.inputs import MapEdited
 from tactile_maps.studies.study.work_precision import Setting
+from tactile_maps.tactile.mechanics.half_space_stress import TAIL_SHARE
 from tactile_widgets.common.tool_kinds import POKE, SELECT_BOX
 from tactile_widgets.panels.maps.quality_panel import QualityPanel
 from tactile_widgets.tools.registry import ARRANGE, INTEREST, PINS, SEAMS
@@ -266,7 +267,11 @@ def test_setting_of_the_accuracy_panel_is_applied(window):
     assert window.editor.document.charts[1].method == "lscm"
     accuracy.chosen.emit(Setting("image", "nearest", {"pixels": 128}))
     assert window.map_view.picture.atlas.look == ImageSettings("nearest", 128)
+    touch = Setting("touch", "half-space", {"share": TAIL_SHARE})
+    accuracy.chosen.emit(touch)
     run(window, 0.1)
+    assert window.live.runner.session.effects.skin == "half-space"
+    assert accuracy._present["touch"] == touch
 
 
 @pytest.mark.long

@@ -137,9 +137,8 @@ def _simulate(
             watch(frame)
         contacts |= {region.id for region in frame.regions}
         for note in frame.notes:
-            known = notes.setdefault((note.kind, note.bodies), note)
-            if note.ratio is not None and abs(note.ratio - 1) > abs((known.ratio or 1) - 1):
-                notes[note.kind, note.bodies] = note
+            key = note.kind, note.bodies
+            notes[key] = max(notes.get(key, note), note, key=_deviation)
         strongest = max([strongest, *(region.force for region in frame.regions)])
         if number % 100 == 0:
             report("Simulating", number / count)
@@ -161,6 +160,10 @@ def _simulate(
         ],
     }
     return result, list(notes.values())
+
+
+def _deviation(note: ContactNote) -> float:
+    return 0.0 if note.ratio is None else abs(note.ratio - 1)
 
 
 def _tick(session: Session, recorder: Recorder | None) -> Frame:

@@ -213,6 +213,8 @@ def test_counts_are_never_labelled_as_pressure_or_force(window, tmp_path):
     assert any(re.search(r"\d counts", text) for text in texts)
     window.live.show_player(open_recording(tmp_path / "felt.mcap"))
     run(window, 0.1)
+    window.column.get(LiveInputPanel).refresh()
+    assert window.status_line.factor.text() == "Replay"
     for text in [*texts, *_touch_texts(window)]:
         assert not re.search(r"\bkPa\b|\bN\b", text), text
     window.live.replay.leave()

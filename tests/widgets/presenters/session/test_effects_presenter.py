@@ -14,7 +14,6 @@ from tactile_maps.scene.scene import with_override
 from tactile_maps.scene.stability import stability_warning
 from tactile_maps.session.inputs import EffectsChanged
 from tactile_maps.studies.study.work_precision import Setting
-from tactile_maps.tactile.mechanics.half_space_stress import TAIL_SHARE
 from tactile_widgets.common.mode import Mode
 from tests.widgets.support.window_driver import press_map, run
 
@@ -198,8 +197,8 @@ def test_controller_chosen_by_accuracy_is_used(window):
     assert window.column["controller"].settings == settings
 
 
-@pytest.mark.parametrize("setting", [Setting("touch", "punch"), Setting("touch", "half-space", {"share": TAIL_SHARE})])
-def test_contact_model_chosen_by_accuracy_is_used(window, panel, setting):
+def test_contact_model_chosen_by_accuracy_is_used(window, panel):
+    setting = Setting("touch", "punch")
     window.column["accuracy"].chosen.emit(setting)
     run(window, 0.02)
     assert in_force(window).skin == setting.method
