@@ -19,6 +19,7 @@ from tactile_maps.core.errors import (
     TactileMapsError,
     UsageError,
     add_finding,
+    counted,
     describe_unexpected_error,
     did_you_mean,
     errors_in_file,
@@ -173,3 +174,18 @@ def test_single_name_in_place_of_several_is_rejected_with_the_sequence(build, pl
 )
 def test_remedy_names_only_a_word_of_similar_spelling(word, known, remedy):
     assert did_you_mean(word, known) == remedy
+
+
+@pytest.mark.parametrize(
+    ("number", "noun", "text"),
+    [
+        (1, "patch", "1 patch"),
+        (0, "patch", "0 patches"),
+        (2, "flipped mesh", "2 flipped meshes"),
+        (3, "damaged copy", "3 damaged copies"),
+        (2, "key", "2 keys"),
+        (21, "taxel", "21 taxels"),
+    ],
+)
+def test_noun_is_in_the_plural_unless_there_is_one(number, noun, text):
+    assert counted(number, noun) == text

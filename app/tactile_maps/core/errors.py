@@ -231,11 +231,35 @@ def did_you_mean(word: str, known: tuple[str, ...]) -> str:
     Similar are words with one typing error, and a word of which the other is an abbreviation, as in ``deg``.
     """
     folded = {name.casefold(): name for name in known}
-    asked = word.casefold()
-    close = get_close_matches(asked, folded, n=1, cutoff=0.65)  # 0.67: one of three letters differs
-    close = close or [name for name in folded if len(name) > 2 and asked.startswith(name)]
+    sought = word.casefold()
+    close = get_close_matches(sought, folded, n=1, cutoff=0.65)  # 0.67: one of three letters differs
+    close = close or [name for name in folded if len(name) > 2 and sought.startswith(name)]
     every = f"Choose one of: {', '.join(known)}" if known else "There are none"
     return f"Did you mean {folded[close[0]]}? {every}" if close else every
+
+
+_WITH_ES = ("ch", "sh", "s", "x")
+"""Endings of nouns whose plural has another syllable."""
+
+
+def counted(number: int, noun: str) -> str:
+    """Return a number with its noun, in the plural unless the number is 1.
+
+    Args:
+        number: The number.
+        noun: English noun in the singular with a regular plural, possibly after other words.
+
+    Examples:
+        >>> counted(1, "patch"), counted(2, "patch"), counted(0, "damaged copy")
+        ('1 patch', '2 patches', '0 damaged copies')
+    """
+    if number == 1:
+        return f"{number} {noun}"
+    if noun.endswith(_WITH_ES):
+        return f"{number} {noun}es"
+    if noun.endswith("y") and noun[-2] not in "aeiou":
+        return f"{number} {noun[:-1]}ies"
+    return f"{number} {noun}s"
 
 
 def places_finding(

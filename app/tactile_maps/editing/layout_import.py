@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from tactile_maps.core.arrays import FloatArray, IntArray
-from tactile_maps.core.errors import MapError, SkinError
+from tactile_maps.core.errors import MapError, SkinError, counted
 from tactile_maps.editing.arrange import repack
 from tactile_maps.editing.document import MapDocument
 from tactile_maps.editing.document_file import load_document
@@ -319,7 +319,7 @@ def _saved_or_drawn(path: Path, document: MapDocument) -> ImportedLayout:
 
 
 def _another_skin(other: Skin, own: Skin, *, file: Path | None = None) -> MapError:
-    sizes = [f"{len(skin)} taxels in {len(skin.patches)} patches" for skin in (other, own)]
+    sizes = [f"{counted(len(skin), 'taxel')} in {counted(len(skin.patches), 'patch')}" for skin in (other, own)]
     found = sizes[0] if sizes[0] == sizes[1] else f"{sizes[0]}, here {sizes[1]}"
     remedy = "Open the robot that it was made for, or choose a map of this one"
     return MapError("the map is of another skin", file=file, value=found, remedy=remedy)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from tactile_maps.core.arrays import FloatArray
 from tactile_maps.core.caches import weak_cache
 from tactile_maps.core.codec import dump_json, load_json
-from tactile_maps.core.errors import Finding, MeshError, RecordingError, TactileMapsError
+from tactile_maps.core.errors import Finding, MeshError, RecordingError, TactileMapsError, counted
 from tactile_maps.core.files import ZIP_DAMAGE, pack_array, pack_arrays, unpack_array, unpack_arrays
 from tactile_maps.geometry.surface.mesh import Mesh
 from tactile_maps.maps.formats.map_file import map_from_bytes, map_to_bytes
@@ -203,7 +203,7 @@ def _check_members(members: list[zipfile.ZipInfo], file: str) -> None:
             raise RecordingError(problem, file=file, value=member.filename, remedy=DAMAGED)
     if len(members) > _MAX_MEMBERS or sum(member.file_size for member in members) > _MAX_UNPACKED:
         problem = "the recording's robot would unpack to an implausible size"
-        raise RecordingError(problem, file=file, value=f"{len(members)} files", remedy=DAMAGED)
+        raise RecordingError(problem, file=file, value=counted(len(members), "file"), remedy=DAMAGED)
 
 
 def _mesh(parts: dict[str, bytes], number: int, file: str) -> Mesh | None:

@@ -17,7 +17,7 @@ from tactile_maps.contacts.force_estimation.estimate import ForceEstimate
 from tactile_maps.control.motion.command import JointCommand, TaskReport
 from tactile_maps.control.motion.limits import Limit
 from tactile_maps.core.arrays import ArrayFields, FloatArray
-from tactile_maps.core.errors import TactileMapsError
+from tactile_maps.core.errors import TactileMapsError, counted
 from tactile_maps.core.reading_units import ReadingUnits
 from tactile_maps.core.timing import Timings
 from tactile_maps.session.inputs import SessionInput
@@ -102,12 +102,13 @@ class Frame(ArrayFields):
         """Summary in one line: the arrays of a large skin would fill pages."""
         units = self.units
         words = [f"{one.link} {units.contact_words(one.force, one.peak, 2, space=' ')}" for one in self.regions]
-        found = f"{len(words)} contact{'s' * (len(words) > 1)}: {', '.join(words[:3])}" if words else "no contact"
+        found = f"{counted(len(words), 'contact')}: {', '.join(words[:3])}" if words else "no contact"
         more = ", ..." * (len(words) > 3)
-        noted = f", {len(self.notes)} note{'s' * (len(self.notes) > 1)}" if self.notes else ""
+        noted = f", {counted(len(self.notes), 'note')}" if self.notes else ""
         peak = f"{1e-3 * float(self.pressures.max(initial=0.0)):.3g} {units.unit}"
-        skin = f"{len(self.pressures)} taxels up to {peak}"
-        return f"Frame(tick {self.tick}, {self.time:.6g} s, {len(self.posture)} joints, {skin}, {found}{more}{noted})"
+        joints = counted(len(self.posture), "joint")
+        skin = f"{counted(len(self.pressures), 'taxel')} up to {peak}"
+        return f"Frame(tick {self.tick}, {self.time:.6g} s, {joints}, {skin}, {found}{more}{noted})"
 
     @property
     def units(self) -> ReadingUnits:

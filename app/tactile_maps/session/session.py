@@ -24,7 +24,7 @@ from tactile_maps.control.motion.observation import Observation
 from tactile_maps.control.motion.unmeasured_force import DriveTorques
 from tactile_maps.control.path_following.clearance import Obstacle
 from tactile_maps.core.arrays import FloatArray, all_finite, seal
-from tactile_maps.core.errors import MapError, PluginError, SceneError, SimulationError, TactileMapsError
+from tactile_maps.core.errors import MapError, PluginError, SceneError, SimulationError, TactileMapsError, counted
 from tactile_maps.core.timing import Stopwatch
 from tactile_maps.geometry.surface.mesh import SurfacePoint
 from tactile_maps.maps.model.tactile_map import TactileMap
@@ -93,11 +93,9 @@ def _checked_map(map_: TactileMap, skin: Skin) -> TactileMap:
     """
     covered, mapped = (tuple((patch.link, len(patch.taxels)) for patch in one.patches) for one in (skin, map_.skin))
     if covered != mapped:
-        raise MapError(
-            "the map is of another skin",
-            value=f"{len(map_.skin)} taxels on {len(mapped)} patches",
-            remedy=f"Use a map of the session's skin, with {len(skin)} taxels on {len(covered)} patches",
-        )
+        sizes = [f"{counted(len(one), 'taxel')} on {counted(len(one.patches), 'patch')}" for one in (map_.skin, skin)]
+        remedy = f"Use a map of the session's skin, with {sizes[1]}"
+        raise MapError("the map is of another skin", value=sizes[0], remedy=remedy)
     return map_
 
 

@@ -88,6 +88,11 @@ class ControllerTrace(ArrayFields):
     def __len__(self) -> int:
         return len(self.time)
 
+    def end_text(self, *, space: str = " ") -> str:
+        """Return time and reason of an early end, with this space before the unit; empty without one."""
+        when = f"stopped after {self.time[-1]:.3g}{space}s" if len(self) else "stopped in its first tick"
+        return f"{when}: {self.ended}" if self.ended else ""
+
 
 class TraceRecorder:
     """Collects a trace: ``add`` each tick, then ``trace``. Mutable.
@@ -341,7 +346,7 @@ class _ContenderRun:
             session.submit(self._waiting.pop(0)[1])
         try:
             frame = session.tick()
-        except TactileMapsError as error:  # it diverged, or an input was refused
+        except TactileMapsError as error:  # it diverged, or an input was rejected
             self._ended = str(error)
         else:
             self._write(frame)

@@ -40,7 +40,7 @@ def test_log_becomes_a_calibration_that_listen_applies(log, skin, tmp_path, caps
     assert found["curves"] == {"power": 12}
     assert (found["pooled"], found["rows"], found["unit"], found["largest"]) == ([11], 385, "N", 2.0)
     assert found["error"] < 0.01 < 0.1 < found["errors"]["linear"]
-    assert "1 taxels have too few rows and get the common curve of the others: taxel 11" in captured.err
+    assert "too few rows of 1 taxel, with the common curve of the others: taxel 11" in captured.err
     assert "power, common" in page.read_text()
     values = np.full(12, 300.0)
     values[4] += 10 * np.sqrt(5.0 / AREAS[4])

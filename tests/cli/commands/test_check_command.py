@@ -6,6 +6,7 @@ import io
 import json
 import re
 import threading
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -115,3 +116,12 @@ def test_prompts_and_keys_guide_through_the_parts(monkeypatch, capsys):
     assert "unknown key" in capsys.readouterr().err
     assert [one.outcome for one in check.results] == [Outcome.FELT, Outcome.NOTHING, Outcome.OPEN, Outcome.OPEN]
     assert (check.stage, check.current) == (CheckStage.PRESS, 2)
+
+
+def test_readings_of_a_part_of_the_skin_are_a_warning(skin, tmp_path, capsys):
+    path = tmp_path / "half.csv"
+    rows = [line.split(",") for line in Path(written(path)).read_text().splitlines()]
+    path.write_text("\n".join(",".join(row[: 1 + len(SKIN) // 2]) for row in rows))
+    assert main(["check", str(path), "--skin", skin]) == 0
+    message = capsys.readouterr().err
+    assert f"values of only {len(SKIN) // 2} of the skin's {len(SKIN)} taxels; they may be of another skin" in message

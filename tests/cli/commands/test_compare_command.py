@@ -10,7 +10,7 @@ import pytest
 
 from tactile_maps.cli.commands.compare import _cell, _controller_names
 from tactile_maps.control.motion.command import ControlSettings
-from tactile_maps.core.errors import UsageError
+from tactile_maps.core.errors import SimulationError, UsageError
 from tactile_maps.recording.recorder import Recorder
 from tactile_maps.session.inputs import ControlChanged
 from tactile_maps.session.session import Session
@@ -161,7 +161,20 @@ def test_failed_controller_is_named_and_sets_the_exit_code(capsys, tmp_path):
     assert main(["compare", str(path), "--controllers", "impedance,hold_force", "--for", "2", "--json"]) == 1
     assert "diverged" in result_of(capsys)["stopped"]["impedance"]
     assert main(["compare", str(path), "--controllers", "impedance", "--for", "2"]) == 1
-    assert "impedance stopped after 0." in capsys.readouterr().out
+    assert "impedance stopped in its first tick: joint " in capsys.readouterr().out
+
+
+def test_time_at_which_a_controller_stopped_is_printed(capsys, scene, monkeypatch):
+    tick = Session.tick
+
+    def fail(session):
+        if session.frame.tick == 3:
+            raise SimulationError("the simulation diverged")
+        return tick(session)
+
+    monkeypatch.setattr(Session, "tick", fail)
+    assert main(["compare", scene, "--controllers", "impedance", *SHORT]) == 1
+    assert "impedance stopped after 0.015 s: the simulation diverged" in capsys.readouterr().out
 
 
 def test_stimulus_on_an_unknown_patch_is_located_in_the_scene(scene, capsys):

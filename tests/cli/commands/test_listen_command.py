@@ -48,7 +48,7 @@ def test_readings_of_a_file_are_summarized_in_numbers(readings, skin, capsys, tm
     assert (found["received"], found["lost"], found["malformed"], found["shown"]) == (29, 1, 1, 29)
     assert (found["contacts"], found["unheard"], found["tared"], found["calibrated"]) == (1, 0, True, False)
     assert found["contacts_at_once"] == 1
-    assert "1 packets could not be decoded" in captured.err
+    assert "1 packet not decoded" in captured.err
     assert len(open_recording(target)) == 29
     assert main(["replay", target, "--verify", "--json"]) == 1, "nothing was compared"
     replayed = json.loads(capsys.readouterr().out)

@@ -307,7 +307,7 @@ def test_readings_of_a_second_sender_never_reach_the_controller(trial):
     assert trial.stopped == "switched off"
     assert trial.result["max_force_N"] < 5
     assert trial.result["refused_senders"] == {name: 50}
-    assert f"packets of a second sender were refused: 50 of {name}" in trial.errors
+    assert f"packets of a second sender were rejected: 50 of {name}" in trial.errors
 
 
 def test_packets_without_the_token_do_not_count_as_readings(trial):

@@ -136,7 +136,7 @@ def test_undrawable_rows_are_noted_in_unfinished_tables_and_fail_in_complete_one
     part = replace(outcome(), study=replace(outcome().study, figures=needs_all), state=state)
     page = write_page(part, tmp_path).read_text(encoding="utf8")
     assert "cannot be drawn yet" in page
-    assert "Still running: 3 min left. 12 of 40 cases are done. 5 cases were measured by earlier runs." in page
+    assert "Still running: 3 min left. 12 of 40 cases are done. 5 cases measured by earlier runs." in page
     assert "<li>Of &lt;b&gt; one row is missing.</li>" in page
     with pytest.raises(KeyError):
         write_page(replace(part, state=None), tmp_path)

@@ -21,7 +21,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from tactile_maps.core.errors import UsageError
+from tactile_maps.core.errors import UsageError, counted
 from tactile_maps.studies.base.rows import Row, distinct
 from tactile_maps.studies.running.study_table import StudyTable, TablePoint, only, table_points
 from tactile_widgets.common.colours import Theme
@@ -223,13 +223,12 @@ class StudyDialog(QDialog):
         """Return the number of rows, what is not drawn, and the factors over which points pool rows."""
         cannot = sum(not math.isfinite(point.interval.middle) for point in self.points)
         pooled = dict.fromkeys(name for point in self.points for name in point.pooled)
-        parts = [
-            f"{len(self._rows)} rows, {len(self.points)} points: median over seeds and its 95 % bootstrap interval"
-        ]
+        sizes = f"{counted(len(self._rows), 'row')}, {counted(len(self.points), 'point')}"
+        parts = [f"{sizes}: median over seeds and its 95 % bootstrap interval"]
         if cannot:
             parts.append(f"{cannot} not drawn: most of their seeds fail")
         if missing := sum(point.missing for point in self.points):
-            parts.append(f"{missing} rows have no value")
+            parts.append(f"{counted(missing, 'row')} without a value")
         if pooled:
             parts.append(f"points combine rows with different {', '.join(pooled)}: add conditions on these columns")
         return ". ".join(parts) + "."

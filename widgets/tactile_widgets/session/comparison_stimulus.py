@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from tactile_maps.core.errors import counted
 from tactile_maps.recording.player import RecordingPlayer
 from tactile_maps.session.inputs import SessionInput
 from tactile_maps.session.prepare import PreparedScene
@@ -38,7 +39,7 @@ class ComparisonStimulus:
     @property
     def words(self) -> str:
         """Description like "12.4 s, 3 touches"."""
-        touches = f"{self.touches} touch{'es' * (self.touches != 1)}" if self.touches else "no touch"
+        touches = counted(self.touches, "touch") if self.touches else "no touch"
         return f"{touches}, repeated" if self.inputs is None else f"{self.seconds:.1f}\u202fs, {touches}"
 
 

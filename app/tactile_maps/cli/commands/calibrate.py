@@ -11,7 +11,7 @@ import numpy as np
 from tactile_maps.cli.shared.output import print_fields, print_json, print_warning, progress_line
 from tactile_maps.cli.shared.scenes import scene_from_arguments
 from tactile_maps.core.arrays import IntArray
-from tactile_maps.core.errors import LiveError, UsageError
+from tactile_maps.core.errors import LiveError, UsageError, counted
 from tactile_maps.core.progress import part_of_progress
 from tactile_maps.live.calibration.calibration import save_calibration
 from tactile_maps.live.calibration.calibration_log import read_calibration_log
@@ -150,7 +150,7 @@ def _too_few_rows(pooled: IntArray, skin: Skin, kind: str) -> str:
     names = [str(skin.taxel_name(one)) or f"taxel {one}" for one in pooled[:_NAMED].tolist()]
     more = len(pooled) - len(names)
     text = ", ".join(names) + (f" and {more} more" if more else "")
-    return f"{len(pooled)} taxels have too few rows and get the common {kind} of the others: {text}"
+    return f"too few rows of {counted(len(pooled), 'taxel')}, with the common {kind} of the others: {text}"
 
 
 def _facts(found: ForceCalibration, rows: int) -> dict[str, str]:
@@ -179,8 +179,8 @@ def _warnings(found: ForceCalibration, skin: Skin) -> list[str]:
     if count:
         share = 100 * np.nanmedian(found.branch_gain[found.branch_gain > _BRANCHES])
         warnings.append(
-            f"{count} taxels have hysteresis: separate curves for rising and falling load would reduce the error "
-            f"by {share:.0f} %; the saved curve is between them"
+            f"hysteresis of {counted(count, 'taxel')}: separate curves for rising and falling load would "
+            f"reduce the error by {share:.0f} %; the saved curve is between them"
         )
     return warnings
 

@@ -14,8 +14,8 @@ import numpy as np
 
 from tactile_maps.cli.shared.output import print_fields, print_json, print_warning, progress_line, write_error
 from tactile_maps.cli.shared.scenes import scene_from_arguments
-from tactile_maps.cli.shared.source_options import blaming, connection_of, token_of, until_interrupted
-from tactile_maps.core.errors import LiveError, UsageError
+from tactile_maps.cli.shared.source_options import OTHER_SKIN, blaming, connection_of, token_of, until_interrupted
+from tactile_maps.core.errors import LiveError, UsageError, counted
 from tactile_maps.live.channels.matching import load_matching
 from tactile_maps.live.checking.report import (
     board_rows,
@@ -31,6 +31,7 @@ from tactile_maps.live.checking.verdicts import verdicts_of
 from tactile_maps.live.motion.command_loop import CommandLoop
 from tactile_maps.live.prepare import prepare_measured
 from tactile_maps.live.session.connection import Connection
+from tactile_maps.live.session.facts import few_heard
 from tactile_maps.live.session.measured_session import MeasuredSession
 from tactile_maps.live.sources.open import is_live
 from tactile_maps.session.frame import Frame
@@ -202,7 +203,7 @@ def _rows(result: dict[str, Any]) -> dict[str, object]:
     unclear = [part for part in result["parts"] if part["outcome"] not in (Outcome.FELT, Outcome.OPEN)]
     return {
         "Source": result["source"],
-        "Readings": f"{result['readings']}, {result['touches']} touches",
+        "Readings": f"{result['readings']}, {counted(result['touches'], 'touch')}",
         "Parts": ", ".join(f"{count} {name}" for name, count in result["outcomes"].items() if count),
         **{part["name"]: _part_text(part) for part in unclear[:_NAMED]},
         "Channels": ", ".join(f"{count} {name}" for name, count in counts.items()) or "all that were pressed work",
@@ -224,9 +225,13 @@ def _warnings(check: SkinCheck, session: MeasuredSession, *, reached: bool) -> l
     if check.settings.ordered and left and not reached:
         found.append(f"the readings ended before {left} of {len(check.parts)} parts had their turn")
     if facts.unknown:
-        found.append(f"{facts.unknown_values} values of taxels that the skin does not have")
+        found.append(f"{counted(facts.unknown_values, 'value')} of taxels that the skin does not have")
+    if few := few_heard(facts, len(check.skin)):
+        found.append(f"{few}; {OTHER_SKIN}")
     if facts.ambiguous:
-        found.append(f"{facts.ambiguous_values} values of ids that several taxels have; use --ids, or link:id")
+        found.append(
+            f"{counted(facts.ambiguous_values, 'value')} of ids that several taxels have; use --ids, or link:id"
+        )
     if facts.refused:
-        found.append(f"{facts.refused} readings do not fit the skin; the last: {facts.problem}")
+        found.append(f"{counted(facts.refused, 'reading')} rejected; the last: {facts.problem}")
     return found

@@ -72,6 +72,7 @@ def execute(arguments: argparse.Namespace) -> int:
     file = _write(arguments.output, traces)
     figures = {trace.name: controller_metrics(trace) for trace in traces}
     ended = {trace.name: trace.ended for trace in traces if trace.ended}
+    end_texts = [f"{trace.name} {trace.end_text()}" for trace in traces if trace.ended]
     page = _write_page(arguments, file, figures, ended, seconds)
     if arguments.json:
         print_json(
@@ -84,7 +85,7 @@ def execute(arguments: argparse.Namespace) -> int:
             }
         )
     else:
-        _print_table(figures, ended, recorded=inputs is not None)
+        _print_table(figures, end_texts, recorded=inputs is not None)
         print_fields({"Written to": file, "Page": page} if file else {})
     return 1 if ended else 0
 
@@ -156,15 +157,15 @@ def _write_page(
     return write_fact_page(page, "Controllers compared", facts, tables={"All figures": rows}, charts=charts)
 
 
-def _print_table(figures: dict[str, ControllerMetrics], ended: dict[str, str], *, recorded: bool) -> None:
+def _print_table(figures: dict[str, ControllerMetrics], end_texts: Sequence[str], *, recorded: bool) -> None:
     wide = max(len("controller"), *(len(name) for name in figures))
     titles = _COLUMNS | {"joint_speed_max": next(iter(figures.values())).speed_unit.replace("% of", "%")}
     print_line(f"{'controller':<{wide}}  " + "  ".join(f"{title:>8}" for title in titles.values()) + "  main limit")
     for name, found in figures.items():
         cells = "  ".join(f"{_cell(column, getattr(found, column)):>8}" for column in _COLUMNS)
         print_line(f"{name:<{wide}}  {cells}  {found.limit.title if found.limit else '-'}")
-    for name, why in ended.items():
-        print_line(f"{name} stopped after {figures[name].seconds:.2f} s: {why}")
+    for text in end_texts:
+        print_line(text)
     if recorded:
         print_line("Task, path and force goal of the recording were kept; its controller and gains were replaced.")
 

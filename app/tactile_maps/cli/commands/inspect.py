@@ -14,7 +14,7 @@ from tactile_maps.cli.shared.map_quality import quality_fields
 from tactile_maps.cli.shared.output import plain_text, print_fields, print_json, print_line, progress_line
 from tactile_maps.cli.shared.robot_options import home_of, package_roots
 from tactile_maps.cli.shared.unused_options import refuse_with_input
-from tactile_maps.core.errors import Finding, MeshError, RecordingError, SkinError, UsageError
+from tactile_maps.core.errors import Finding, MeshError, RecordingError, SkinError, UsageError, counted
 from tactile_maps.core.file_kinds import FileKind
 from tactile_maps.core.plugins import Plugin, Registry, unknown_kinds
 from tactile_maps.maps.formats.map_file import load_map
@@ -317,7 +317,7 @@ def _collision(prepared: PreparedScene) -> tuple[list[dict[str, Any]], list[Find
         rows.append(
             {
                 "link": link,
-                "shape": "hull" if pieces is None else f"{len(pieces.hulls)} pieces",
+                "shape": "hull" if pieces is None else counted(len(pieces.hulls), "piece"),
                 "largest_mm": 1e3 * fit.largest,
                 "usual_mm": 1e3 * fit.usual,
                 "angle_deg": math.degrees(fit.angle),
@@ -454,7 +454,11 @@ def _item(item: object) -> str:
     """Short text of a patch or an object."""
     if not isinstance(item, dict):
         return plain_text(item)
-    return f"{item['name']} ({item['taxels']} taxels)" if "taxels" in item else f"{item['name']} ({item['kind']})"
+    return (
+        f"{item['name']} ({counted(item['taxels'], 'taxel')})"
+        if "taxels" in item
+        else f"{item['name']} ({item['kind']})"
+    )
 
 
 def _list_plugins(*, as_json: bool) -> int:

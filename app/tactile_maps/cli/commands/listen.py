@@ -13,11 +13,11 @@ from typing import Any
 
 from tactile_maps.cli.shared.output import print_fields, print_json, print_warning, progress_line, write_error
 from tactile_maps.cli.shared.scenes import scene_from_arguments
-from tactile_maps.cli.shared.source_options import blaming, connection_of, token_of, until_interrupted
+from tactile_maps.cli.shared.source_options import OTHER_SKIN, blaming, connection_of, token_of, until_interrupted
 from tactile_maps.control.controller_registry import check_settings, settings_from
 from tactile_maps.control.limit_texts import limit_text
 from tactile_maps.control.motion.command import ControlSettings
-from tactile_maps.core.errors import LiveError, UsageError
+from tactile_maps.core.errors import LiveError, UsageError, counted
 from tactile_maps.live.calibration.calibration import ValueMode, check_mass, load_calibration, save_calibration
 from tactile_maps.live.channels.matching import load_matching
 from tactile_maps.live.channels.tare import check_tare
@@ -127,7 +127,7 @@ def _report(
     for warning in _warnings(session, facts, status):
         print_warning(warning)
     if result["left_out"]:
-        print_warning(f"{result['left_out']} frames were not recorded: the disk is too slow")
+        print_warning(f"{counted(result['left_out'], 'frame')} not recorded: the disk is too slow")
     if facts.readings == 0:
         problem = status.problem or facts.problem or status.malformed
         if connection.source.finite:
@@ -302,7 +302,9 @@ def _sending_text(sending: SendingState, speed_limits: str) -> str:
 def _report_status(status: ConnectionStatus, touched: int) -> None:
     if sys.stderr.isatty():
         problem = f", {status.problem}" if status.problem else ""
-        write_error(f"\r\x1b[K{status.state}: {status.rate:.0f} Hz, {touched} contacts, {_counts(status)}{problem}")
+        write_error(
+            f"\r\x1b[K{status.state}: {status.rate:.0f} Hz, {counted(touched, 'contact')}, {_counts(status)}{problem}"
+        )
 
 
 def _counts(status: ConnectionStatus) -> str:
@@ -403,33 +405,34 @@ def _rows(result: dict[str, Any], status: ConnectionStatus, latency: LatencyFigu
 def _warnings(session: MeasuredSession, facts: MeasuredFacts, status: ConnectionStatus) -> Iterator[str]:
     """Warnings for the user although readings arrived."""
     if status.counts.malformed:
-        yield f"{status.counts.malformed} packets could not be decoded; the last: {status.malformed}"
+        yield f"{counted(status.counts.malformed, 'packet')} not decoded; the last: {status.malformed}"
     if status.refused:
-        yield f"after motion was sent, packets of a second sender were refused: {refused_text(status.refused)}"
+        yield f"after motion was sent, packets of a second sender were rejected: {refused_text(status.refused)}"
     if status.counts.overflowed:
-        yield f"{status.counts.overflowed} readings were dropped: they arrived faster than they were processed"
+        yield f"{counted(status.counts.overflowed, 'reading')} dropped, because they arrived too fast to be processed"
     if facts.refused:
-        yield f"{facts.refused} readings do not fit the skin; the last: {facts.problem}"
+        yield f"{counted(facts.refused, 'reading')} rejected; the last: {facts.problem}"
     if facts.mistimed:
-        yield f"{facts.mistimed} readings have inconsistent times; their times of arrival were used"
+        yield f"{counted(facts.mistimed, 'reading')} with inconsistent times; times of arrival were used"
     if facts.unknown:
-        yield f"{facts.unknown_values} values of taxels that the skin does not have: {_named(list(facts.unknown))}"
+        values = counted(facts.unknown_values, "value")
+        yield f"{values} of taxels that the skin does not have: {_named(list(facts.unknown))}"
     if few := few_heard(facts, len(session.prepared.skin)):
-        yield f"{few}; they may be of another skin. Name the skin or taxel file that belongs to them with --skin"
+        yield f"{few}; {OTHER_SKIN}"
     if facts.ambiguous:
         which = f"{_named(list(facts.ambiguous))}; name them link:id, or use --ids"
-        yield f"{facts.ambiguous_values} values of ids that several taxels have: {which}"
+        yield f"{counted(facts.ambiguous_values, 'value')} of ids that several taxels have: {which}"
     if facts.wrong_channels:
         wrong = _named(list(facts.wrong_channels))
-        yield f"{facts.wrong_channel_values} values with a wrong number of channels: {wrong}"
+        yield f"{counted(facts.wrong_channel_values, 'value')} with a wrong number of channels: {wrong}"
     if facts.unknown_joints:
         yield f"joints that the robot does not have: {_named(list(facts.unknown_joints))}"
     if facts.silent:
         names = [silent_text(session.prepared.skin, one) for one in facts.silent]
-        yield f"{len(names)} channels do not change while their neighbours do: {_named(names)}"
+        yield f"{counted(len(names), 'channel')} without a change while the neighbours change: {_named(names)}"
     if facts.swapped:
         words = _named(list(swapped_texts(session.prepared.skin, facts.swapped)))
-        yield f"{len(facts.swapped)} pairs of channels seem swapped: {words}"
+        yield f"{counted(len(facts.swapped), 'probable swap')} of channels: {words}"
     if facts.falling:
         change = "leave out --inverted" if facts.inverted else "add --inverted"
         yield (

@@ -14,7 +14,7 @@ from tactile_maps.cli.shared.output import print_fields, print_json, print_warni
 from tactile_maps.cli.shared.residual_picture import residual_picture
 from tactile_maps.cli.shared.robot_options import home_of, package_roots
 from tactile_maps.core.arrays import IntArray
-from tactile_maps.core.errors import SkinError, UsageError
+from tactile_maps.core.errors import SkinError, UsageError, counted
 from tactile_maps.core.file_kinds import FileKind
 from tactile_maps.geometry.surface.mesh import Mesh
 from tactile_maps.geometry.surface.pose import Pose
@@ -177,13 +177,13 @@ def _displaced(taxels: TaxelSet, poses: list[tuple[IntArray, Pose]]) -> TaxelSet
 def _report(arguments: argparse.Namespace, placed: list[_Placed], pictures: Mapping[str, bytes]) -> None:
     before = np.concatenate([one.alignment.before for one in placed])
     after = np.concatenate([one.alignment.after for one in placed])
-    what = "touches" if arguments.touches else "taxels"
+    what = "touch" if arguments.touches else "taxel"
     for warning in _warnings(placed):
         print_warning(warning)
     target = "the places" if arguments.touches else "the mesh"
     facts = {
-        "Groups": f"{len(placed)} by {arguments.by}, {sum(one.taxels for one in placed)} taxels",
-        "Data": f"{len(after)} {what}",
+        "Groups": f"{len(placed)} by {arguments.by}, {counted(sum(one.taxels for one in placed), 'taxel')}",
+        "Data": counted(len(after), what),
         "Stated": f"{1e3 * before.mean():.2f} mm from {target} (mean), {1e3 * before.max():.1f} mm (largest)",
         "Placed": f"{1e3 * after.mean():.2f} mm from {target} (mean), {1e3 * after.max():.1f} mm (largest)",
         "Displacement": ", ".join(_limits(placed)),

@@ -10,6 +10,7 @@ from pathlib import Path
 from tactile_maps.cli.shared.output import print_fields, print_json, print_warning, progress_line
 from tactile_maps.cli.shared.outputs import check_outputs_in
 from tactile_maps.cli.shared.workers import workers_from_arguments
+from tactile_maps.core.errors import counted
 from tactile_maps.studies.catalogue import load_study
 from tactile_maps.studies.running.case_log import CaseLog
 from tactile_maps.studies.running.case_run import CaseRun, paced
@@ -39,7 +40,7 @@ def execute(arguments: argparse.Namespace) -> int:
         if not (arguments.resume or arguments.overwrite):
             check_outputs_in(Path(arguments.output), report_files(study), overwrite=False)
         if log.torn:
-            print_warning(f"{log_path}: {log.torn} damaged lines: their cases are measured again")
+            print_warning(f"{log_path}: {counted(log.torn, 'damaged line')}, whose cases are measured again")
         outcome, files = _run(study, log, jobs, workers, arguments)
     return _report(outcome, files, arguments)
 

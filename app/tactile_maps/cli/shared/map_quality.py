@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from tactile_maps.core.errors import counted
+
 
 def quality_fields(result: Mapping[str, Any]) -> dict[str, str]:
     """Return the lines of the table by title.
@@ -16,7 +18,7 @@ def quality_fields(result: Mapping[str, Any]) -> dict[str, str]:
         "Faces": str(result["faces"]),
         "One-to-one": "yes"
         if result["bijective"]
-        else f"no ({result['flips']} flipped triangles, {result['overlaps']} overlaps)",
+        else f"no ({counted(result['flips'], 'flipped triangle')}, {counted(result['overlaps'], 'overlap')})",
         "Distortion": "infinite: a face has no area on the map"
         if result["symmetric_dirichlet"] is None
         else f"{result['symmetric_dirichlet']:.4f} (4 is isometric)",

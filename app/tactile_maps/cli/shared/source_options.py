@@ -22,6 +22,8 @@ _PURPOSES = {
     "remote": "It is for udp: sources that other machines reach, such as udp://0.0.0.0:9870, and for --send to others",
 }
 """Purposes of the options of a source, by their names in ``SourceOptions``."""
+OTHER_SKIN = "they may be of another skin. Name the skin or taxel file that belongs to them with --skin"
+"""Remedy for readings that contain few of the skin's taxels."""
 
 
 def connection_of(arguments: argparse.Namespace, *, clock: Callable[[], float] = time.monotonic) -> Connection:

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray, readonly
-from tactile_maps.core.errors import LiveError
+from tactile_maps.core.errors import LiveError, counted
 from tactile_maps.live.readings.readings import MalformedReadingError, Reading, split_id
 from tactile_maps.live.readings.tables import read_rows, whole_number
 from tactile_maps.skin.model.skin import Skin
@@ -173,7 +173,7 @@ class TaxelMatcher:
         """Return the assignment of a vendor's stream of ``count`` values without labels: value k is that of id k."""
         links = {patch.link for patch in self._skin.patches if patch.taxels.identity.stream == count}
         if len(links) != 1:
-            found = f"{count} values for {len(self._skin)} taxels"
+            found = f"{counted(count, 'value')} for {counted(len(self._skin), 'taxel')}"
             remedy = "Send ids, channels, or one value for each taxel in the skin's order"
             if links:
                 remedy = f"Send ids with their link (link:id): {', '.join(sorted(links))} have such a stream"

@@ -13,7 +13,7 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 import numpy as np
 
 from tactile_maps.core.arrays import FloatArray
-from tactile_maps.core.errors import MapError, RobotError, errors_in_file
+from tactile_maps.core.errors import MapError, RobotError, counted, errors_in_file
 from tactile_maps.core.files import read_bounded_file, write_atomically
 from tactile_maps.maps.evaluation.comparison import TaxelLayout
 from tactile_maps.maps.model.tactile_map import TactileMap
@@ -177,7 +177,7 @@ def _draw_patch(root: Element, map_: TactileMap, k: int, page: _Page) -> Element
     patch = map_.skin.patches[k]
     name = "".join(c for c in patch.name if c.isprintable())
     group = SubElement(root, "g", {"class": "patch"}, id=f"patch-{k}")
-    SubElement(group, "title").text = f"{name} ({len(patch.taxels)} taxels)"
+    SubElement(group, "title").text = f"{name} ({counted(len(patch.taxels), 'taxel')})"
     outline = page(map_.outlines[k])
     segments = page(map_.seams[k])
     SubElement(group, "path", {"class": "outline"}, d=_path(outline) + " Z")

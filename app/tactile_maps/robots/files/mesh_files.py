@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from tactile_maps.core.arrays import FloatArray, IntArray
 from tactile_maps.core.codec import parse_json
-from tactile_maps.core.errors import Finding, MeshError, RobotError
+from tactile_maps.core.errors import Finding, MeshError, RobotError, counted
 from tactile_maps.core.file_kinds import FileKind
 from tactile_maps.geometry.surface.mesh import Mesh
 from tactile_maps.robots.files.mesh_limits import check_collada, reduced_glb, reduced_gltf, reduced_obj, reduced_stl
@@ -467,7 +467,7 @@ class AssetStore:
         most = MAX_REPEATED_FACES + self._contained
         if self._repeated > most:
             remedy = f"The maximum is {most}: state each mesh once, so that its shapes share it, or simplify it"
-            value = f"{self._repeated} triangles more than the files contain"
+            value = f"{counted(self._repeated, 'triangle')} more than the files contain"
             raise RobotError(
                 "mesh files are used under too many names or scales", file=path, value=value, remedy=remedy
             )

@@ -10,7 +10,7 @@ from dataclasses import replace
 from operator import itemgetter
 from pathlib import Path
 
-from tactile_maps.core.errors import Finding, SkinError
+from tactile_maps.core.errors import Finding, SkinError, counted
 from tactile_maps.robots.model.robot import Robot
 from tactile_maps.skin.fitting.frame_match import carrying_link
 from tactile_maps.skin.formats.import_skin import NO_ROBOT, TaxelFile
@@ -96,7 +96,7 @@ class TaxelFiles:
             return
         lacking = [file for file in self.files if _needs_link(file, robot)]
         if links and not (lacking and len(links) in (1, len(lacking))):
-            value = f"{len(links)} links for {len(lacking)} files without one"
+            value = f"{counted(len(links), 'link')} for {counted(len(lacking), 'file')} without one"
             raise SkinError("links and files differ in number", value=value, remedy="Name one, or one for each file")
         given = dict(zip(lacking, [*links] * len(lacking), strict=False))
         for file in self.files:

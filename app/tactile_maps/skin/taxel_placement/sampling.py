@@ -12,7 +12,7 @@ from scipy.sparse import csr_matrix, diags
 from scipy.spatial import cKDTree
 
 from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray
-from tactile_maps.core.errors import SkinError
+from tactile_maps.core.errors import SkinError, counted
 from tactile_maps.geometry.geodesics import edge_graph, nearest_sources
 from tactile_maps.geometry.surface.closest_point import ClosestPoint
 from tactile_maps.geometry.surface.mesh import Mesh, edge_lengths
@@ -47,7 +47,7 @@ def place_evenly(
     if not 1 <= count <= room:
         raise SkinError(
             "the surface is too coarse for so many taxels",
-            value=f"{count} taxels on {room} faces",
+            value=f"{counted(count, 'taxel')} on {counted(room, 'face')}",
             remedy="Place fewer taxels or use a finer surface",
         )
     first = int(np.random.default_rng(seed).integers(room))

@@ -16,7 +16,7 @@ from html import escape
 from importlib.metadata import version
 from pathlib import Path
 
-from tactile_maps.core.errors import ExportError
+from tactile_maps.core.errors import ExportError, counted
 from tactile_maps.core.files import make_output_folder, write_atomically
 from tactile_maps.maps.formats.html_page import facts_html, page_html, rows_html
 from tactile_maps.studies.base.figures import BarChart, Figure, figure_svg
@@ -193,9 +193,9 @@ def _state(state: RunState | None) -> str:
     if state.done < state.total:
         sentences.append(f"{state.done} of {state.total} cases are done.")
     if state.known:
-        sentences.append(f"{state.known} cases were measured by earlier runs.")
+        sentences.append(f"{counted(state.known, 'case')} measured by earlier runs.")
     if state.spared:
-        sentences.append(f"{state.spared} cases were not needed: their result was already settled.")
+        sentences.append(f"{counted(state.spared, 'case')} not needed: the result was already settled.")
     undecided = "".join(f"<li>{escape(text)}</li>" for text in state.undecided)
     return f'<p class="note">{escape(" ".join(sentences))}</p>' + (
         f"<h2>Undecided</h2><ul>{undecided}</ul>" if undecided else ""
@@ -256,7 +256,7 @@ def _hypotheses_html(outcome: StudyResult) -> str:
     rows = "".join(
         f"<dt><strong>{escape(str(row['hypothesis']))}: {escape(str(row['verdict']))}.</strong> "
         f"{escape(str(row['statement']))}</dt>"
-        f'<dd class="note">{escape(str(row["figures"]))} ({row["rows"]} rows)</dd>'
+        f'<dd class="note">{escape(str(row["figures"]))} (rows: {row["rows"]})</dd>'
         for row in found
     )
     return f"<h2>What was expected</h2><dl>{rows}</dl>"

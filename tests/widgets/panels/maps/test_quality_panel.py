@@ -84,7 +84,7 @@ def test_bad_measure_is_marked_and_named(panel, leaves):
 def test_map_that_is_not_one_to_one_is_reported_first(panel, leaves):
     panel.show_quality(replace(leaves[2], bijective=False, flips=3, overlaps=2))
     assert _text(panel, "bijective") == "no"
-    assert _text(panel, "note") == "Not bijective: 3 triangles flipped, 2 overlaps."
+    assert _text(panel, "note") == "Not bijective: 3 flipped triangles, 2 overlaps."
     assert _marked(panel) == {"quality-bijective-mark", "quality-flips-mark"}
 
 

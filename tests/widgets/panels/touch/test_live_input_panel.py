@@ -105,7 +105,7 @@ def test_statistics_of_the_arrival_have_units():
         "delay": "10.4, 2000.0\u202fms",
         "loss": "4\u202f%",
         "counts": "96",
-        "trouble": "1 late, 4 refused, 2 reconnects",
+        "trouble": "1 late, 4 rejected, 2 reconnects",
         "taxels": "140 of 150",
     }
 
@@ -179,7 +179,7 @@ def test_no_simulated_finger_is_offered_on_a_real_skin(window, tmp_path):
 
 def test_panel_with_many_problems_fits_the_column(window, tmp_path):
     panel = connected(window, tmp_path)
-    counts = (f"{12345} {name}" for name in ("malformed", "duplicated", "reordered", "late", "restarts", "refused"))
+    counts = (f"{12345} {name}" for name in ("malformed", "duplicated", "reordered", "late", "restarts", "rejected"))
     panel.findChild(QLabel, "live-trouble").setText(", ".join(counts))
     QApplication.sendPostedEvents()  # lay out, without a refresh by the panel's timer
     assert panel.minimumSizeHint().width() <= COLUMN_WIDTH - 8, "a scroll bar must fit next to it"

@@ -325,7 +325,7 @@ def test_traces_are_exported_and_errors_shown(board, touched_window, tmp_path, m
     assert len(board.traces) == 2, "earlier results are kept"
     torn = replace(board.traces[1], ended="the simulation diverged.")
     board.show_compared((board.traces[0], torn))
-    assert note(board) == "▲ B: Quadratic program stopped at 0.60\u202fs: the simulation diverged."
+    assert note(board) == "▲ B: Quadratic program stopped after 0.6\u202fs: the simulation diverged."
 
 
 @pytest.mark.parametrize(("current", "other"), [("hybrid", "qp"), ("qp", "hybrid")])

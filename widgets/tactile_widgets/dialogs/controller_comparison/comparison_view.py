@@ -18,6 +18,7 @@ from PySide6.QtWidgets import (
 )
 
 from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.core.reading_units import THIN
 from tactile_maps.studies.controller_comparison import Contender, ControllerTrace
 from tactile_widgets.common.colours import Theme
 from tactile_widgets.common.make import caption_label, make, progress_bar, push_button, resize_on_screen, show_text
@@ -110,7 +111,7 @@ class ComparisonView(QWidget):
         self.rest()
         self.traces = traces
         self._titles = {card.letter: card.title for card in self.cards}
-        ended = [f"▲ {self._titles[t.name]} stopped at {_last(t):.2f}\u202fs: {t.ended}" for t in traces if t.ended]
+        ended = [f"▲ {self._titles[t.name]} {t.end_text(space=THIN)}" for t in traces if t.ended]
         self._show_traces()
         self._say("\n".join(ended))
 
@@ -272,10 +273,6 @@ def _heading(text: str, parent: QWidget) -> QLabel:
     label = QLabel(text, parent)
     label.setProperty("role", "heading")
     return label
-
-
-def _last(trace: ControllerTrace) -> float:
-    return float(trace.time[-1]) if len(trace) else 0.0
 
 
 class ComparisonDialog(QDialog):

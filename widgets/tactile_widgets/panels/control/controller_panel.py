@@ -23,6 +23,7 @@ from tactile_maps.control.force_loop.loop_stability import StepResponse, step_re
 from tactile_maps.control.limit_texts import limit_text
 from tactile_maps.control.motion.command import ControlSettings, RegraspState
 from tactile_maps.control.motion.limits import LimitKind, Severity
+from tactile_maps.core.errors import counted
 from tactile_maps.session.frame import Frame
 from tactile_maps.session.prepare import PreparedScene
 from tactile_widgets.common.colours import DARK
@@ -186,7 +187,7 @@ def _status_of_task(settings: ControlSettings, frame: Frame) -> str:
     return {
         "hold_point": f"Holding the point{off}",
         "guide": f"Hand guiding{off}",
-        "retreat": f"Retreating from {count} contact{'s' * (count > 1)}",
+        "retreat": f"Retreating from {counted(count, 'contact')}",
     }.get(settings.task) or _force_text(settings, frame)
 
 

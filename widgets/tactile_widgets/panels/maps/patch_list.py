@@ -28,7 +28,7 @@ from PySide6.QtCore import (
 from PySide6.QtGui import QColor, QDropEvent, QKeyEvent, QMouseEvent, QPainter, QPainterPath, QPalette, QPen
 from PySide6.QtWidgets import QLineEdit, QListView, QStyle, QStyleOptionViewItem, QWidget
 
-from tactile_maps.core.errors import MapError
+from tactile_maps.core.errors import MapError, counted
 from tactile_maps.editing.document import LONGEST_NAME, MapDocument, rename_patch, reorder_patch, show_patches
 from tactile_widgets.common.lists import ModelIndex, RowDelegate, SequenceModel, flat_list
 from tactile_widgets.common.make import make
@@ -251,11 +251,12 @@ def _patch_tip(document: MapDocument, number: int) -> str:
     patch = document.patches[number]
     skin_patch = document.skin.patches[number]
     chart = document.charts[number]
-    parts = [f"{patch.name}, on {skin_patch.link}: {len(skin_patch.taxels)} taxels, {len(chart.faces)} triangles"]
+    size = f"{counted(len(skin_patch.taxels), 'taxel')}, {counted(len(chart.faces), 'triangle')}"
+    parts = [f"{patch.name}, on {skin_patch.link}: {size}"]
     if patch.pins:
-        parts.append(f"{len(patch.pins)} pin" + "s" * (len(patch.pins) > 1))
+        parts.append(counted(len(patch.pins), "pin"))
     if len(chart.seams):
-        parts.append(f"cut along {len(chart.seams)} edges, {len(patch.seams.drawn)} of them drawn")
+        parts.append(f"cut along {counted(len(chart.seams), 'edge')}, {len(patch.seams.drawn)} of them drawn")
     if not patch.visible:
         parts.append("hidden; keeps sensing")
     return "\n".join(parts)

@@ -9,6 +9,7 @@ from typing import Any
 from PySide6.QtGui import QPalette
 from PySide6.QtWidgets import QWidget
 
+from tactile_maps.core.errors import counted
 from tactile_maps.maps.evaluation.comparison import Comparison
 from tactile_maps.maps.evaluation.quality import MapQuality
 from tactile_maps.session.prepare import PreparedScene
@@ -263,6 +264,6 @@ def _details(key: str, facts: Mapping[str, Any]) -> str:
 def _verdict(facts: Mapping[str, Any]) -> str:
     """Return whether the map is fit for use, or what is wrong with it, in one sentence."""
     if not facts["bijective"]:
-        return f"Not bijective: {facts['flips']} triangles flipped, {facts['overlaps']} overlaps."
+        return f"Not bijective: {counted(facts['flips'], 'flipped triangle')}, {counted(facts['overlaps'], 'overlap')}."
     bad = [one.said for one in _MEASURES if one.said and facts[one.key] is not None and one.bad(facts[one.key])]
     return f"Above threshold: {', '.join(bad)}." if bad else "No issues."

@@ -14,6 +14,7 @@ from PySide6.QtCore import Signal
 from PySide6.QtGui import QHideEvent, QShowEvent
 from PySide6.QtWidgets import QCheckBox, QGridLayout, QLabel, QWidget
 
+from tactile_maps.core.errors import counted
 from tactile_maps.session.reference_run import FINER, REFERENCE_MODEL, ReferenceDifference
 from tactile_widgets.common.make import caption_label, column_layout, make, value_label
 from tactile_widgets.plots.work_precision_plot import format_number
@@ -112,7 +113,7 @@ class ReferenceSection(QWidget):
             self._seen.popleft()
         self._show()
         count = found.unmatched
-        self._say(f"{count} contact{'s' * (count > 1)} that the other does not have." if count else "")
+        self._say(f"{counted(count, 'contact')} that the other does not have." if count else "")
 
     def show_behind(self, seconds: float) -> None:
         """Show how far the reference is behind the session [s]."""

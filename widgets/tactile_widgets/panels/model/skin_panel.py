@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, replace
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QCheckBox, QComboBox, QLabel, QWidget
 
+from tactile_maps.core.errors import counted
 from tactile_maps.skin.fitting.cover import (
     COVER_LENGTHS,
     MAX_COVER_TAXELS,
@@ -169,7 +170,7 @@ class SkinPanel(Panel):
         self._failed = False
         self.tree.show_counts(counts)
         links = sum(count > 0 for count in counts.values())
-        self.note.setText(f"{sum(counts.values()):,} taxels on {links} link{'s' * (links != 1)}")
+        self.note.setText(f"{sum(counts.values()):,} taxels on {counted(links, 'link')}")
         self._update()
 
     def show_progress(self, text: str) -> None:

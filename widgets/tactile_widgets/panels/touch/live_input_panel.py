@@ -8,6 +8,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QComboBox, QLabel, QPushButton, QWidget
 
 from tactile_maps.contacts.pipeline import ReadingSettings
+from tactile_maps.core.errors import counted
 from tactile_maps.live.calibration.calibration import ValueMode
 from tactile_maps.live.session.connection import ConnectionState, ConnectionStatus, refused_text
 from tactile_maps.live.session.facts import MeasuredFacts, few_heard
@@ -169,7 +170,7 @@ class LiveInputPanel(ConnectedPanel):
         """
         text = _AWAITED if facts.awaits_tare else _TARING if facts.taring else "Tared." if facts.tared else "Not tared."
         if over and (facts.taring or facts.awaits_tare):
-            text = f"Not tared: the source ended after {facts.readings} reading{'s' * (facts.readings != 1)}."
+            text = f"Not tared: the source ended after {counted(facts.readings, 'reading')}."
         taring = facts.taring and not over
         self._baseline.setText(text)
         self._tare.setEnabled(not (facts.taring or over))
@@ -236,7 +237,7 @@ def _texts(status: ConnectionStatus, facts: MeasuredFacts, taxels: int) -> dict[
         state = f"Reconnecting in {status.next_try:.1f}\u202fs"
     kinds = ("malformed", "duplicated", "reordered", "late", "restarts", "overflowed", "superseded")
     trouble = {name: getattr(counts, name) for name in kinds}
-    trouble |= {"refused": facts.refused, "mistimed": facts.mistimed}
+    trouble |= {"rejected": facts.refused, "mistimed": facts.mistimed}
     trouble |= {"combined": facts.combined, "reconnects": status.reconnects}
     return {
         "state": state,
@@ -251,7 +252,7 @@ def _texts(status: ConnectionStatus, facts: MeasuredFacts, taxels: int) -> dict[
 
 def _counted(number: int, name: str) -> str:
     """Return a number with the name of its trouble; names of events are nouns in the plural."""
-    return f"{number} {name.removesuffix('s') if number == 1 else name}"
+    return counted(number, name.removesuffix("s")) if name.endswith("s") else f"{number} {name}"
 
 
 def _channels_text(facts: MeasuredFacts, silent: int, taxels: int) -> str:

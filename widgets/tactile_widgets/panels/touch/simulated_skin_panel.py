@@ -7,6 +7,7 @@ from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QWidget
 
 from tactile_maps.core.arrays import FloatArray
+from tactile_maps.core.errors import counted
 from tactile_maps.live.simulated_skin import SkinDifference
 from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.skin.model.skin import Skin
@@ -136,5 +137,5 @@ def _assumptions(live: LiveInput) -> str:
     objects = f"and by objects at their places at the start of the scene: {names}"
     pressed = objects if names else "alone: there are no objects"
     facts, _silent = live.facts()
-    rest = f" {facts.unheard_joints} joints without a position stay at rest." if facts.unheard_joints else ""
+    rest = f" At rest: {counted(facts.unheard_joints, 'joint')} without a position." if facts.unheard_joints else ""
     return f"In the simulation the skin is pressed by the robot itself {pressed}.{rest}"

@@ -9,7 +9,7 @@ import numpy as np
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QLabel, QWidget
 
-from tactile_maps.core.errors import TactileMapsError
+from tactile_maps.core.errors import TactileMapsError, counted
 from tactile_maps.live.checking.report import check_facts, swap_texts, taxel_text, write_check_report
 from tactile_maps.live.checking.skin_check import CheckStage, Outcome, SkinCheck
 from tactile_maps.live.checking.verdicts import FAULT_TEXTS, verdicts_of
@@ -194,5 +194,5 @@ def _notes(check: SkinCheck) -> list[Note]:
             notes.append(Note(f"{len(taxels)} {fault}", f"{names}{tail}: {FAULT_TEXTS[fault]}", fault=True))
     if not notes:
         count = int(check.felt.sum())
-        notes.append(Note("No faults", f"All {count} taxels that were pressed respond."))
+        notes.append(Note("No faults", f"{counted(count, 'taxel')} pressed, and all respond."))
     return notes

@@ -12,6 +12,7 @@ from PySide6.QtCore import QPoint, Qt, Signal
 from PySide6.QtGui import QColor, QContextMenuEvent, QKeyEvent
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QPushButton, QStackedWidget, QWidget
 
+from tactile_maps.core.errors import counted
 from tactile_widgets.common.colours import Theme
 from tactile_widgets.plots.timeline.playhead import SPEEDS, Playhead, Span, clock_text
 from tactile_widgets.plots.timeline.scrub_bar import SIDE, DamagedSpan, ScrubBar, TimelineNotes
@@ -126,7 +127,7 @@ class Timeline(QWidget):
         self._marks = marks
         if recording_seconds is not None:
             dot = f'<span style="color:{QColor(self._theme.fault).name()}">●</span>'
-            count = f" &nbsp; {marks} mark{'s' * (marks > 1)}" if marks else ""
+            count = f" &nbsp; {counted(marks, 'mark')}" if marks else ""
             self._note.setText(f"{dot}&nbsp; Recording &nbsp;{clock_text(recording_seconds)}{count}")
         self._show()
 

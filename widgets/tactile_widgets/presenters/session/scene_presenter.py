@@ -5,6 +5,7 @@ from __future__ import annotations
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QWidget
 
+from tactile_maps.core.errors import counted
 from tactile_maps.core.plugins import Plugin, broken_plugins
 from tactile_maps.robots.model.robot import Robot
 from tactile_maps.session.frame import Frame
@@ -74,7 +75,7 @@ class ScenePresenter(Presenter):
         self.title_changed.emit(prepared.scene.title or prepared.robot.name)
         if prepared.robot.findings or prepared.skin.findings or prepared.findings:
             count = len(findings_of(prepared))
-            context.notifier.status(f"{count} finding{'s' * (count > 1)}; see the panel Findings", _FINDINGS_MS)
+            context.notifier.status(f"{counted(count, 'finding')}; see the panel Findings", _FINDINGS_MS)
         elif not self._session.simulating:
             context.notifier.status("")  # the introduction of a scene suggests what a recording or real skin cannot do
         elif prepared.scene.description:

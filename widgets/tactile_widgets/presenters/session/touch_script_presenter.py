@@ -9,6 +9,7 @@ from typing import Any
 from PySide6.QtWidgets import QWidget
 
 from tactile_maps.control.controller_registry import scene_values
+from tactile_maps.core.errors import counted
 from tactile_maps.simulation.known_load_check import WeighingResult
 from tactile_maps.stimuli.stimuli_from_pokes import stimuli_from_pokes
 from tactile_maps.stimuli.stimulus_file import load_stimuli, save_stimuli
@@ -57,8 +58,7 @@ class TouchScriptPresenter(Presenter):
         with self._notifier.errors_shown("save script"):
             stimuli = self._session.touches()
             save_stimuli(stimuli, path)
-            touches = "1 touch" if len(stimuli) == 1 else f"{len(stimuli)} touches"
-            self._notifier.say(f"Saved {touches} to {path}")
+            self._notifier.say(f"Saved {counted(len(stimuli), 'touch')} to {path}")
 
     def choose_play(self) -> None:
         """Ask for a script."""

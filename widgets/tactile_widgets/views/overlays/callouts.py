@@ -13,6 +13,8 @@ from operator import itemgetter
 
 from PySide6.QtCore import QLineF, QPointF, QRectF, QSizeF
 
+from tactile_maps.core.errors import counted
+
 _GAPS = (4.0, 24.0, 48.0, 84.0, 130.0)
 """Candidate distances between the rim of a spot and its caption [px]."""
 LABELLED = 5
@@ -25,7 +27,7 @@ _DIAGONAL = 0.7071
 
 def more_contacts(count: int) -> tuple[str, ...]:
     """Return the text about the contacts without a caption among ``count`` contacts; empty if there are none."""
-    return (f"+{count - LABELLED} more contact{'s' * (count > LABELLED + 1)}",) if count > LABELLED else ()
+    return (f"+{counted(count - LABELLED, 'more contact')}",) if count > LABELLED else ()
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ import argparse
 
 from tactile_maps.cli.shared.damage import damage_rows
 from tactile_maps.cli.shared.output import print_error, print_fields, print_json, progress_line
-from tactile_maps.core.errors import RecordingError
+from tactile_maps.core.errors import RecordingError, counted
 from tactile_maps.recording.player import RecordingPlayer
 from tactile_maps.recording.verify import Verification, verify
 from tactile_maps.stimuli.stimuli_from_pokes import stimuli_from_pokes
@@ -75,7 +75,7 @@ def _verify(player: RecordingPlayer, result: dict[str, object], rows: dict[str, 
         rows["Stopped again"] = "yes, at the same tick with the same message" if outcome.stopped else "no"
     result["not_compared"] = outcome.not_compared
     if outcome.not_compared:
-        rows["Not compared"] = f"{outcome.not_compared} frames: inputs before them are missing"
+        rows["Not compared"] = f"{counted(outcome.not_compared, 'frame')}: inputs before them are missing"
     rows["Identical"] = _identical_text(outcome)
     if outcome.identical is False and outcome.other_machine:
         rows["Likely reason"] = f"the last digits depend on the machine: {'; '.join(outcome.other_machine)}"
@@ -91,7 +91,8 @@ def _identical_text(outcome: Verification) -> str:
     if not outcome.identical:
         quantity = f" in {outcome.differing}" if outcome.differing else ""
         return f"no: from tick {outcome.first_difference} on, by up to {outcome.max_difference:.3g}{quantity}"
-    return f"yes: all joint positions, velocities, object poses and pressures of {outcome.frames} frames, bit for bit"
+    frames = counted(outcome.frames, "frame")
+    return f"yes: all joint positions, velocities, object poses and pressures of {frames}, bit for bit"
 
 
 def _read(player: RecordingPlayer, result: dict[str, object], rows: dict[str, object]) -> None:

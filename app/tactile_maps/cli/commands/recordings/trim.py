@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from tactile_maps.cli.shared.output import print_fields, print_json, print_warning, progress_line
-from tactile_maps.core.errors import RecordingError, UsageError
+from tactile_maps.core.errors import RecordingError, UsageError, counted
 from tactile_maps.core.files import make_output_folder
 from tactile_maps.recording.file.damage import damage_text
 from tactile_maps.recording.player import RecordingPlayer
@@ -34,7 +34,7 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print_json({"files": [_row(one) for one in written]})
     else:
-        print_fields({one.file: f"{one.seconds:.2f} s, {one.frames} frames" for one in written})
+        print_fields({one.file: f"{one.seconds:.2f} s, {counted(one.frames, 'frame')}" for one in written})
     return 0
 
 

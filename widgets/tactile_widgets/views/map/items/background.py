@@ -15,6 +15,7 @@ from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QImage, QPainter, QPen
 
 from tactile_maps.core.arrays import FloatArray
+from tactile_maps.core.errors import counted
 from tactile_maps.core.reading_units import THIN
 from tactile_maps.geometry.surface.mesh import SurfacePoint
 from tactile_maps.maps.evaluation.distortion import Stretch, TissotCircles, checkerboard, stretch
@@ -199,13 +200,13 @@ def background_legend(
     overlaps = len(flaws.overlaps)
     faulty = bool(flips or overlaps)
     names = f" ({', '.join(overlapping[:_NAMED])}{', …' if len(overlapping) > _NAMED else ''})" if overlapping else ""
-    counts = f"{flips} {'triangle' if flips == 1 else 'triangles'} flipped, {overlaps} overlapping{names}"
+    text = f"{counted(flips, 'triangle')} flipped, {overlaps} overlapping{names}"
     if background is None:
-        return BackgroundLegend("Not bijective", (), (counts,), faulty=True) if faulty else None
+        return BackgroundLegend("Not bijective", (), (text,), faulty=True) if faulty else None
     strip = background.stretch is not None
-    counted = (counts,) if strip or faulty else ()
+    texts = (text,) if strip or faulty else ()
     one_sided = background.stretch is not None and background.stretch.measure != "area"
-    return BackgroundLegend(background.kind.title, (background.note,), counted, strip, one_sided, faulty)
+    return BackgroundLegend(background.kind.title, (background.note,), texts, strip, one_sided, faulty)
 
 
 def _wrapped(text: str, width: float, metrics: QFontMetricsF) -> list[str]:
