@@ -17,7 +17,7 @@ from tactile_maps.studies.sweeps.contact import (
     MODELS,
     OK,
     OUTSIDE,
-    REFUSED,
+    REJECTED,
     STEPS_MS,
     TOLERANCES,
     exception_of,
@@ -133,10 +133,10 @@ def _cell(found: Sequence[Row]) -> str:
     letters = sorted({_letter(row) for row in found if row["verdict"] == OUTSIDE})
     if letters:
         return ", ".join(letters)
-    refused = sum(row["verdict"] == REFUSED for row in found)
-    if refused == len(found):
-        return "refused" if found else ""
-    return f"{OK}, {refused} of {len(found)} refused" if refused else OK
+    rejected = sum(row["verdict"] == REJECTED for row in found)
+    if rejected == len(found):
+        return "rejected" if found else ""
+    return f"{OK}, {rejected} of {len(found)} rejected" if rejected else OK
 
 
 def _letter(row: Row) -> str:
@@ -185,10 +185,10 @@ def _steps(found: Sequence[Row]) -> Iterator[str]:
                     for r in chosen
                     if (r["integrator"], r["timestep_ms"]) == (integrator, step) and r["skin"] == "flat"
                 ]
-                counts = [sum(row["verdict"] == verdict for row in here) for verdict in (OK, OUTSIDE, REFUSED)]
+                counts = [sum(row["verdict"] == verdict for row in here) for verdict in (OK, OUTSIDE, REJECTED)]
                 cells.append(
                     ", ".join(
-                        f"{count} {word}" for count, word in zip(counts, (OK, OUTSIDE, REFUSED), strict=True) if count
+                        f"{count} {word}" for count, word in zip(counts, (OK, OUTSIDE, REJECTED), strict=True) if count
                     )
                 )
             lines.append(f"| {integrator} | {title} | {' | '.join(cells)} |")
@@ -199,7 +199,7 @@ def _steps(found: Sequence[Row]) -> Iterator[str]:
     )
     yield "\n".join(lines)
     yield wrapped(
-        "*refused*: the program names the cause and the longest possible step. Examples are a probe of 0.2 kg at 4 ms "
+        "*rejected*: the program names the cause and the longest possible step. Examples are a probe of 0.2 kg at 4 ms "
         "with 20 kN/m, the foundation at 4 ms under a face, and friction with the foundation, which has none. A free "
         "body too light for the step touches with less than the stated stiffness, which the program states."
     )

@@ -186,7 +186,7 @@ def _add_listen(command: _Add) -> None:
     close = "after a tare: separate contacts whose taxels are connected by the dip between them (default), or join them"
     add("--close-contacts", choices=("separate", "joined"), help=close)
     add("--weight", type=_positive, metavar="KG", help="calibrate with this mass, which is on the skin at the end")
-    seconds = "averaging time at the end (default 0.5); refused while the sum still changes by 5 %%"
+    seconds = "averaging time at the end (default 0.5); rejected while the sum still changes by 5 %%"
     add("--weight-seconds", type=_positive, metavar="SECONDS", help=seconds)
     _output(listen, "--save-calibration", metavar="FILE.csv", help="write the calibration found with --weight")
     add("--controller", metavar="NAME", help="show the motion that this controller requests of the robot")

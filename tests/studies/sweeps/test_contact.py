@@ -71,17 +71,17 @@ def test_row_has_every_quantity_and_a_verdict():
 def test_unstable_settings_are_rejected_with_a_remedy():
     requested = case("rest", motion="scripted", integrator="euler", timestep_ms=4.0, physics="solver")
     rows = measure(requested)
-    assert {row["verdict"] for row in rows} == {"refused"}
+    assert {row["verdict"] for row in rows} == {"rejected"}
     assert "discrete" in rows[0]["note"]
     (row,) = measure(case("impact", physics="foundation", integrator="implicit", timestep_ms=4.0))
-    assert row["verdict"] == "refused"
+    assert row["verdict"] == "rejected"
     assert "Use a time step of at most" in row["note"]
     assert all(row[column] is None for column in TOLERANCES)
 
 
 def test_foundation_with_friction_is_rejected():
     (row,) = measure(case("stick", physics="foundation"))
-    assert (row["verdict"], row["model"]) == ("refused", "foundation")
+    assert (row["verdict"], row["model"]) == ("rejected", "foundation")
 
 
 @pytest.mark.parametrize("known", EXCEPTIONS, ids=lambda known: known.reason[:30])

@@ -81,7 +81,7 @@ TOLERANCES: Mapping[str, float] = {
 height of the fall."""
 OK = "ok"
 OUTSIDE = "outside"
-REFUSED = "refused"
+REJECTED = "rejected"
 _SETTLING = 0.6
 """Simulated time before a body at rest is observed [s]."""
 _SOFT_SETTLING: Mapping[str, float] = {
@@ -198,7 +198,7 @@ EXCEPTIONS: Sequence[KnownException] = (
 
 
 def exception_of(row: Row) -> KnownException | None:
-    """Return the known exception that covers a row; None where the row must be ``ok`` or ``refused``."""
+    """Return the known exception that covers a row; None where the row must be ``ok`` or ``rejected``."""
     return next((known for known in EXCEPTIONS if known.covers(row)), None)
 
 
@@ -299,7 +299,7 @@ def measure(case: Case) -> list[Row]:
 
 
 def _judged(case: Case, row: Row) -> Row:
-    """Return a row with every column: refused where it has a note, otherwise judged by the tolerances."""
+    """Return a row with every column: rejected where it has a note, otherwise judged by the tolerances."""
     values = {column: row.get(column) for column in TOLERANCES}
     beyond = [
         column
@@ -307,7 +307,7 @@ def _judged(case: Case, row: Row) -> Row:
         if isinstance(value, float) and not abs(value) <= tolerance(column, str(row["model"]))
     ]
     note = str(row["note"])
-    verdict = REFUSED if note else OUTSIDE if beyond else OK
+    verdict = REJECTED if note else OUTSIDE if beyond else OK
     if verdict == OUTSIDE:
         known = exception_of({**case, **row})
         note = ", ".join(f"{column} {values[column]:.3g}" for column in beyond)

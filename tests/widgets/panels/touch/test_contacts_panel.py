@@ -145,7 +145,7 @@ def test_quality_of_the_force_estimate_is_described_in_words():
     assert "residual 0.11\u202fkPa" in estimate_text(replace(ESTIMATE, noise=0.0))
     head, why = estimate_text(REFUSED).split("\n")
     assert head == "Effective rank 3/14, condition 4.1"
-    assert why.startswith("Refused: the effective rank is too low")
+    assert why.startswith("Rejected: the effective rank is too low")
     assert len({estimate_text(replace(REFUSED, refused=reason)) for reason in EstimateRefusal}) == len(EstimateRefusal)
     lumped = ForceEstimate(2.0, None, effective_rank=6, unknowns=6)
     assert estimate_text(lumped).startswith("Wrench: effective rank 6/6")

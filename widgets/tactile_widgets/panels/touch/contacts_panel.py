@@ -55,7 +55,7 @@ def estimate_text(estimate: ForceEstimate, units: ReadingUnits = ReadingUnits.CA
     rank = f"effective rank {estimate.effective_rank}/{estimate.unknowns}"
     condition = _format_number(estimate.condition)
     if estimate.refused is not None:
-        return f"{rank.capitalize()}, condition {condition}\nRefused: {_REFUSALS[estimate.refused]}"
+        return f"{rank.capitalize()}, condition {condition}\nRejected: {_REFUSALS[estimate.refused]}"
     if not len(estimate.forces):  # no distribution that could explain the readings
         return f"Wrench: {rank}\nResultant wrench only, no pressure distribution"
     mean = units.reading(estimate.mean)
