@@ -12,10 +12,12 @@ from PySide6.QtWidgets import QMessageBox
 
 from tactile_maps.editing.arrange import rotate
 from tactile_maps.editing.document_file import load_document
+from tactile_maps.scene.scene_file import load_scene
 from tactile_maps.session.prepared_cache import prepare_cached
 from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.common.mode import Mode
 from tactile_widgets.dialogs.dialogs import Button
+from tactile_widgets.document.skin_steps import have_same_skin
 from tests.widgets.presenters.files.test_grid_edits import autosave
 from tests.widgets.presenters.test_live_input_presenter import draw_path
 from tests.widgets.presenters.test_skin_presenter import click, click_box, counts
@@ -276,3 +278,97 @@ def test_scene_saved_before_another_leaves_no_autosave(window, saving, prepared,
     answer(window, Button.Save)
     assert (tmp_path / "kept.toml").is_file()
     assert not list((tmp_path / "state").rglob("*.autosave"))
+
+
+def effects_of(window):
+    """Effects of the session, and the chosen ones of the scene that would be saved."""
+    return window.live.runner.session.effects.friction, dict(window.presenters.scene_file.scene.overrides)
+
+
+def test_effects_chosen_while_a_skin_is_prepared_are_kept(window, saving, tmp_path):
+    effects = window.presenters.effects
+    apply_skin(window, "wrist")
+    effects.choose("friction", "on")
+    arrive(window)
+    assert "wrist" in links(window)
+    assert effects_of(window) == (True, {"friction": "on"})
+    assert have_same_skin(effects.scene, window.live.prepared.scene)
+    assert "effects" in window.presenters.map_files.unsaved
+    window.action("undo").trigger()
+    run(window, 0.02)
+    assert "wrist" not in links(window)
+    assert effects_of(window) == (True, {"friction": "on"})
+    assert have_same_skin(effects.scene, window.live.prepared.scene)
+    window.action("save_scene").trigger()
+    assert load_scene(str(tmp_path / "kept.toml")).effects.friction
+    effects.choose("friction", "off")
+    run(window, 0.02)
+    window.action("redo").trigger()
+    run(window, 0.02)
+    assert effects_of(window) == (True, {"friction": "on"}), "as this skin had them"
+
+
+def test_first_skin_that_is_being_prepared_is_asked_about_and_saved_once_it_is_there(window, saving, tmp_path):
+    apply_skin(window, "wrist")
+    assert window.isWindowModified()
+    closed = []
+    window.presenters.map_files.leave(lambda: closed.append(links(window)))
+    assert "skin" in question(window)
+    answer(window, Button.Cancel)
+    assert window.live.opening
+    window.presenters.map_files.leave(lambda: closed.append(links(window)))
+    answer(window, Button.Save)
+    assert closed == []
+    arrive(window)
+    assert closed == [{"upper_arm", "forearm", "hand", "wrist"}]
+    assert "wrist" in load_scene(str(tmp_path / "kept.toml")).cover.links
+
+
+def test_window_stays_if_the_skin_to_be_saved_is_cancelled(window, saving, tmp_path):
+    apply_skin(window, "wrist")
+    closed = []
+    window.presenters.map_files.leave(lambda: closed.append(True))
+    answer(window, Button.Save)
+    window.live.cancel_loading()
+    apply_skin(window, "elbow")
+    arrive(window)
+    assert closed == []
+    assert not (tmp_path / "kept.toml").exists()
+
+
+def test_discarded_skin_that_is_being_prepared_does_not_arrive(window):
+    apply_skin(window, "wrist")
+    closed = []
+    window.presenters.map_files.leave(lambda: closed.append(True))
+    answer(window, Button.Discard)
+    assert closed == [True]
+    assert not window.live.opening
+    assert not window.isWindowModified()
+
+
+def test_document_with_another_skin_is_restored_after_a_crash_as_it_was(window, prepared):
+    apply_skin(window, "wrist")
+    arrive(window)
+    window.presenters.effects.choose("friction", "on")
+    draw_path(window, (5, 12, 20))
+    document = edited(window)
+    run(window, 0.02)
+    session = window.live.runner.session
+    before = (links(window), session.settings, session.effects, window.presenters.scene_file.scene)
+    autosave(window)
+    window.live.show_prepared(pickle.loads(pickle.dumps(prepared)))  # as another start of the program does
+    assert not window.isWindowModified()
+    window.action("restore_map").trigger()
+    arrive(window)
+    session = window.live.runner.session
+    scene = window.presenters.scene_file.scene
+    assert (links(window), session.effects) == (before[0], before[2])
+    assert replace(session.settings, starts=0) == replace(before[1], starts=0)
+    assert scene == before[3]
+    assert have_same_skin(window.presenters.effects.scene, scene)
+    assert window.editor.document.layout == document.layout
+    assert set(window.presenters.map_files.unsaved) >= {"map", "skin", "path", "controller", "effects"}
+    window.action("poke").trigger()  # the tool of the path has its own undo
+    window.action("undo").trigger()
+    run(window, 0.02)
+    assert "wrist" not in links(window)

@@ -7,7 +7,7 @@ together. Everything that may replace the document calls ``leave`` first.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -20,7 +20,7 @@ from PySide6.QtCore import QTimer, Signal
 from PySide6.QtWidgets import QWidget
 
 from tactile_maps.control.motion.command import ControlSettings
-from tactile_maps.core.errors import TactileMapsError
+from tactile_maps.core.errors import TactileMapsError, counted
 from tactile_maps.core.files import FolderClaim, claim_folder, try_writing
 from tactile_maps.editing.document import MapDocument
 from tactile_maps.editing.document_file import AUTOSAVE_NAME, DocumentFile, load_document
@@ -40,6 +40,7 @@ from tactile_maps.maps.formats.export import ENDINGS, TITLES, write_map
 from tactile_maps.maps.formats.obj import read_map_obj
 from tactile_maps.maps.formats.svg import read_svg_taxels
 from tactile_maps.maps.model.taxel_frames import taxel_frames
+from tactile_maps.scene.effects import Override
 from tactile_maps.scene.scene import Scene
 from tactile_maps.scene.scene_file import scene_from_toml, scene_to_toml
 from tactile_maps.session.prepare import PreparedScene
@@ -68,6 +69,7 @@ class KeptDocument:
     Attributes:
         prepared: The scene.
         settings: Its settings.
+        overrides: Effects that were chosen in it.
         history: The document with its steps.
         file: The file of the document.
         first: The document without edits.
@@ -76,6 +78,7 @@ class KeptDocument:
 
     prepared: PreparedScene
     settings: RuntimeSettings
+    overrides: Mapping[str, Override]
     history: History
     file: DocumentFile
     first: MapDocument
@@ -110,6 +113,7 @@ class MapFilePresenter(Presenter):
         self._next_name = ""
         self._next: Scene | None = None  # the scene that is shown, with another skin
         self._from_start = False
+        self._saves_next: Callable[[], None] | None = None  # called once that scene is shown
         self._kept: list[KeptDocument] = []
         self._first: MapDocument | None = None
         self._new_skin = False  # the skin is in no file
@@ -140,7 +144,18 @@ class MapFilePresenter(Presenter):
 
     @property
     def unsaved(self) -> tuple[str, ...]:
-        """Names of the parts that closing now would lose, those of the map first."""
+        """Names of the parts that closing now would lose, the map first; also a skin being prepared."""
+        changed = self._changed
+        return changed if "skin" in changed or not self._preparing_skin else ("skin", *changed)
+
+    @property
+    def _preparing_skin(self) -> bool:
+        """Whether a skin is being prepared that the user has chosen now."""
+        return self._next is not None and self.kept(self._next) is None
+
+    @property
+    def _changed(self) -> tuple[str, ...]:
+        """Names of the parts of the shown document that no file contains."""
         document = self._editor.document
         if self._file is None or document is None:
             return ()
@@ -185,6 +200,7 @@ class MapFilePresenter(Presenter):
         self._new_skin = False
         self._file = None
         self._next = None
+        self._saves_next = None
         self._restoring = None
         self._kept.clear()
         self._release_leftovers()
@@ -266,17 +282,27 @@ class MapFilePresenter(Presenter):
         elif scene is not None and run is not None and history is not None and file is not None:
             assert self._first is not None
             self._kept = [one for one in self._kept if one.prepared is not run.prepared]
-            self._kept.append(KeptDocument(run.prepared, run.settings, history, file, self._first, self._new_skin))
+            self._kept.append(
+                KeptDocument(run.prepared, run.settings, self._overrides, history, file, self._first, self._new_skin)
+            )
         self._next = scene
         self._next_name = name
         self._from_start = from_start
+        self._saves_next = None
+        self.changed.emit()
+
+    @property
+    def _overrides(self) -> Mapping[str, Override]:
+        """Effects that the user chose in the scene that runs."""
+        scene = self._scene.scene
+        return {} if scene is None else scene.overrides
 
     def keep_settings(self, scene: Scene) -> bool:
         """Keep the settings made while the expected scene was prepared. Return False for another scene."""
         run = self._session.run
         if self._next is None or run is None or not have_same_skin(self._next, scene):
             return False
-        self._kept[-1] = replace(self._kept[-1], settings=run.settings)
+        self._kept[-1] = replace(self._kept[-1], settings=run.settings, overrides=self._overrides)
         return True
 
     def forget_skin(self, scene: Scene) -> None:
@@ -305,9 +331,13 @@ class MapFilePresenter(Presenter):
             self._first = kept.first
             self._new_skin = kept.new_skin
             self._file.resume()
+            self._scene.restore_effects(kept.overrides)
         else:
             self._open_skin(prepared, before)
         self.changed.emit()
+        if self._saves_next is not None:
+            QTimer.singleShot(0, self, self._saves_next)  # after the scene is shown everywhere
+            self._saves_next = None
         return True
 
     def _open_skin(self, prepared: PreparedScene, before: KeptDocument) -> None:
@@ -331,7 +361,7 @@ class MapFilePresenter(Presenter):
     def _keep_settings(
         self, before: KeptDocument, document: MapDocument, scene: Scene, patches: tuple[str, ...]
     ) -> None:
-        """Keep behaviours, contact detection and controller, with its path if that is on the new skin.
+        """Keep effects, behaviours, contact detection and controller, with its path if that is on the new skin.
 
         A message lists what is not on the new skin, the edits of ``patches`` among it.
         """
@@ -345,11 +375,12 @@ class MapFilePresenter(Presenter):
         if patches:
             lost.append(f"the map edits of {', '.join(patches)}")
         if (stimuli := len(before.prepared.scene.stimuli) - len(scene.stimuli)) > 0:
-            lost.append(f"{stimuli} scripted touch{'es' * (stimuli > 1)}")
+            lost.append(counted(stimuli, "scripted touch"))
         self._note_path(before.settings.settings, settings)
         self._session.set_settings(settings)
         self._session.set_behaviours(before.settings.behaviours)
         self._session.set_reading(before.settings.reading)
+        self._scene.restore_effects(before.overrides)
         if lost:
             self._notifier.say(f"Not on the new skin and removed: {', '.join(lost)}. Undo restores the previous skin.")
 
@@ -452,7 +483,7 @@ class MapFilePresenter(Presenter):
         assert self._file is not None
         if not same_skin(document.skin, leftover.document.skin):
             self._restoring = leftover
-            self.skin_restored.emit(scene_from_toml(leftover.scene, name="restored"))
+            self.skin_restored.emit(self._scene_of(leftover))
             return
         if not self._editor.do("Restore", lambda present: adopt_document(present, leftover.document)):
             return
@@ -465,7 +496,12 @@ class MapFilePresenter(Presenter):
         """Restore the settings of the scene, if they were not saved."""
         with self._notifier.errors_shown("restore edits"):
             if leftover.scene:
-                self._scene.restore(scene_from_toml(leftover.scene, name="restored"))
+                self._scene.restore(self._scene_of(leftover))
+
+    def _scene_of(self, leftover: Leftover) -> Scene:
+        """Return the scene of an autosave, with the name of the scene that runs."""
+        own = self._scene.scene
+        return scene_from_toml(leftover.scene, name="restored" if own is None else own.name)
 
     def _drop_restored(self, leftover: Leftover) -> None:
         """Delete a restored autosave once there is another one of the restored document."""
@@ -504,10 +540,10 @@ class MapFilePresenter(Presenter):
 
         Without any changes, save the map.
         """
-        unsaved = self.unsaved
+        unsaved = self._changed
         if {*unsaved} - {"map"} and not self._scene.save_own():
             return False
-        return "map" not in self.unsaved if unsaved and "map" not in unsaved else self.save()
+        return "map" not in self._changed if unsaved and "map" not in unsaved else self.save()
 
     def save(self) -> bool:
         """Save the map; ask for a file the first time, or before replacing a changed one. Return success.
@@ -662,7 +698,7 @@ class MapFilePresenter(Presenter):
     def _scene_text(self) -> str:
         """The scene that runs as text, if it has changes that are not saved; else empty."""
         scene = self._scene.scene
-        return scene_to_toml(scene) if scene is not None and {*self.unsaved} - {"map"} else ""
+        return scene_to_toml(scene) if scene is not None and {*self._changed} - {"map"} else ""
 
     def _written(self) -> bool:
         """Whether the last autosave is complete; an error is reported once."""
@@ -709,7 +745,7 @@ class MapFilePresenter(Presenter):
         self._ask(unsaved, go, lambda: None)
 
     def leave_again(self, then: Callable[[], None], otherwise: Callable[[], None]) -> None:
-        """As ``leave``, but only ask about changes made since the user discarded the others.
+        """Do the same as ``leave``, but only ask about changes made since the user discarded the others.
 
         Args:
             then: Called unless the user cancels.
@@ -734,21 +770,33 @@ class MapFilePresenter(Presenter):
         then()
 
     def _ask(self, unsaved: tuple[str, ...], go: Callable[[bool], None], otherwise: Callable[[], None]) -> None:
-        """Call ``go`` with whether the user discards unsaved parts, after saving them if not."""
+        """Call ``go`` with whether the user discards unsaved parts, after saving them if not.
+
+        A skin that is being prepared is saved once it is shown.
+        """
         if not unsaved:
             go(False)
             return
 
-        def answered(answer: Button) -> None:
-            if answer == Button.Discard:
-                go(True)
-            elif answer == Button.Save and self.save_all():
+        def save() -> None:
+            if self.save_all():
                 go(False)
             else:
                 otherwise()
 
+        def answered(answer: Button) -> None:
+            if answer == Button.Discard:
+                go(True)
+            elif answer == Button.Save and self._preparing_skin:
+                self._saves_next = save
+            elif answer == Button.Save:
+                save()
+            else:
+                otherwise()
+
         buttons = Button.Save | Button.Discard | Button.Cancel
-        text = f"These parts have changes that are not saved: {', '.join(unsaved)}."
+        waits = " The skin is saved once it is prepared." if self._preparing_skin else ""
+        text = f"These parts have changes that are not saved: {', '.join(unsaved)}.{waits}"
         self._context.dialogs.ask("leave", "Save the changes?", text, buttons, answered, default=Button.Save)
 
     def give_up(self) -> None:

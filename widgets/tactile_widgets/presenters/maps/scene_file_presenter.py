@@ -153,7 +153,11 @@ class SceneFilePresenter(Presenter):
         self._session.set_settings(settings_from(scene.control))
         self._session.set_behaviours(behaviours_from(scene.behaviours))
         self._session.set_reading(reading_from(scene.reading))
-        self._effects.restore(scene.overrides)
+        self.restore_effects(scene.overrides)
+
+    def restore_effects(self, overrides: Mapping[str, Override]) -> None:
+        """Choose effects of the scene that runs again."""
+        self._effects.restore(overrides)
 
     # Saving.
 

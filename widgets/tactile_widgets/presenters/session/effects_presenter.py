@@ -79,8 +79,8 @@ class EffectsPresenter(Presenter):
 
     def restore(self, overrides: Mapping[str, Override]) -> None:
         """Choose effects again, without the question about unstable ones, which was answered before."""
-        if self.scene is not None:
-            self._use(replace(self.scene, overrides=overrides))
+        if self._prepared is not None:
+            self._use(replace(self._prepared.scene, overrides=overrides))
 
     def _on_effects_changed(self, effects: Effects) -> None:
         """Show effects that were chosen, restored after an error, or recorded."""
@@ -141,10 +141,11 @@ class EffectsPresenter(Presenter):
 
     def _use(self, scene: Scene) -> None:
         """Apply the effects of a scene from the next tick; a change of the reasons alone is only shown."""
-        assert self.scene is not None
+        run = self._session.shown_run
+        assert run is not None
         self._notifier.succeed("change effects")
         self._chosen[scene.effects] = scene
-        if scene.effects != self.scene.effects:
+        if scene.effects != run.settings.effects:
             self._session.set_effects(scene.effects)
         else:
             self.scene = scene
