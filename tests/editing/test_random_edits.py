@@ -263,7 +263,7 @@ class RandomEdits(RuleBasedStateMachine):
 
     @rule()
     def saves(self):
-        self.file.save(self.present)
+        self.file.save_as(self.present, self.file.path)
         self.on_disk = self.present
         assert not self.file.unsaved(self.present)
 
@@ -316,7 +316,6 @@ places = st.tuples(st.floats(-1, 2), st.floats(-1, 2))
 acts = st.one_of(
     st.tuples(st.just("add"), st.integers(0, 10**6), weights, places),
     st.tuples(st.just("move"), st.integers(0, 20), places),
-    st.tuples(st.just("remove"), st.integers(0, 20)),
     st.tuples(st.just("wait"), st.integers(1, 4)),
 )
 
@@ -338,8 +337,6 @@ def act(patch, chart, what, *how):
             patch.add(SurfacePoint(0, face % len(chart.faces), tuple(unit.tolist())), on_map(chart, place))
         elif what == "move" and numbers:
             patch.move(numbers[how[0] % len(numbers)], on_map(chart, how[1]))
-        elif what == "remove" and numbers:
-            patch.remove(numbers[how[0] % len(numbers)])
     except MapError as refused:
         return str(refused)
     return ""

@@ -43,9 +43,9 @@ def test_plane_is_a_rectangle_with_upward_normal():
     assert usual.mesh.area > 0
 
 
-def test_mesh_is_read_from_the_folder_of_the_scene_and_scaled(tmp_path):
+def test_mesh_is_read_and_scaled(tmp_path):
     trimesh.creation.box((0.1, 0.2, 0.3)).export(tmp_path / "block.stl")
-    (body,) = make_objects(scene_of(ObjectSpec("m", "mesh", file="block.stl", size=(2.0,))), folder=tmp_path)
+    (body,) = make_objects(scene_of(ObjectSpec("m", "mesh", file=str(tmp_path / "block.stl"), size=(2.0,))))
     assert np.ptp(body.mesh.vertices, axis=0) == pytest.approx([0.2, 0.4, 0.6])
     assert not body.findings
 
@@ -73,13 +73,13 @@ def test_open_mesh_is_reported(tmp_path):
     box = trimesh.creation.box((0.1, 0.2, 0.3))
     box.update_faces(np.arange(len(box.faces)) > 0)
     box.export(tmp_path / "open.stl")
-    (body,) = make_objects(scene_of(ObjectSpec("m", "mesh", file="open.stl")), folder=tmp_path)
+    (body,) = make_objects(scene_of(ObjectSpec("m", "mesh", file=str(tmp_path / "open.stl"))))
     assert [(finding.kind, finding.where) for finding in body.findings] == [("open-mesh", "m")]
 
 
 def test_assumed_millimetres_are_reported(tmp_path):
     trimesh.creation.box((100, 200, 300)).export(tmp_path / "mm.stl")
-    (body,) = make_objects(scene_of(ObjectSpec("m", "mesh", file="mm.stl")), folder=tmp_path)
+    (body,) = make_objects(scene_of(ObjectSpec("m", "mesh", file=str(tmp_path / "mm.stl"))))
     assert np.ptp(body.mesh.vertices, axis=0) == pytest.approx([0.1, 0.2, 0.3])
     assert [finding.kind for finding in body.findings] == ["units"]
 
@@ -89,4 +89,4 @@ def test_invalid_mesh_file_is_rejected(tmp_path, name, content):
     if content is not None:
         (tmp_path / name).write_bytes(content)
     with pytest.raises(SceneError, match=rf"{name}.*objects.0.file"):
-        make_objects(scene_of(ObjectSpec("m", "mesh", file=name)), folder=tmp_path)
+        make_objects(scene_of(ObjectSpec("m", "mesh", file=str(tmp_path / name))))

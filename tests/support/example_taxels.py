@@ -55,7 +55,7 @@ def assert_equal(first: TaxelSet, second: TaxelSet, *, arrays: tuple[str, ...] =
 
 def write_icub_layout(layout: IcubLayout, path: Path) -> None:
     """Write ``layout`` for the viewer."""
-    lines = [*map(" ".join, layout.settings), "", "[SENSORS]", "# kind number x y orientation gain mirror layoutNum"]
+    lines = ["[SENSORS]", "# kind number x y orientation gain mirror layoutNum"]
     lines += [
         f"{m.kind.name} {m.number} {1e3 * m.x:.10g} {1e3 * m.y:.10g} {np.rad2deg(m.angle):.10g} {m.gain:.10g} "
         f"{int(m.mirrored)} {int(m.backwards)}"

@@ -71,9 +71,9 @@ def to_json(value: object, kind: Any = None) -> JsonValue:
     return _codec(hint).written(value)
 
 
-def dump_json(value: object, kind: Any = None) -> bytes:
-    """Return ``value`` as one line of JSON in ASCII; arguments as for ``to_json``."""
-    return _ENCODER.encode(to_json(value, kind)).encode("ascii")
+def dump_json(value: object) -> bytes:
+    """Return a dataclass as one line of JSON in ASCII."""
+    return _ENCODER.encode(to_json(value)).encode("ascii")
 
 
 def from_json(
@@ -148,10 +148,9 @@ def parse_json(data: bytes | str, *, constants: bool = False) -> JsonValue:
         raise ValueError(message) from error
 
 
-def json_schema(kind: Any, *, title: str = "", description: str = "") -> dict[str, Any]:
+def json_schema(kind: Any) -> dict[str, Any]:
     """Return the JSON Schema of the output of ``to_json`` for the hint ``kind``."""
-    named = {"title": title, "description": description}
-    return {key: text for key, text in named.items() if text} | _codec(kind).schema
+    return dict(_codec(kind).schema)
 
 
 def _without_duplicates(pairs: list[tuple[str, JsonValue]]) -> dict[str, JsonValue]:

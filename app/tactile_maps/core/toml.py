@@ -416,9 +416,7 @@ class TomlReader:
             if key not in known:
                 raise self.error_at("there is no such key", (*path, key), value=key, remedy=self._instead(key, known))
 
-    def fields(
-        self, kind: type, table: Mapping[str, Any], path: KeyPath, *, skip: tuple[str, ...] = ()
-    ) -> dict[str, Any]:
+    def fields(self, kind: type, table: Mapping[str, Any], path: KeyPath) -> dict[str, Any]:
         """Return the keyword arguments of a dataclass; checks keys, types and required fields."""
         self.check_keys(table, tuple(field.name for field in fields(kind)), path)
         hints = get_type_hints(kind)
@@ -426,8 +424,7 @@ class TomlReader:
             if field.default is MISSING and field.default_factory is MISSING and field.name not in table:
                 remedy = f"Write {field.name} = ..."
                 raise self.error_at("a key is missing", path, value=field.name, remedy=remedy)
-        read = (key for key in table if key not in skip)
-        return {key: self.value(table[key], hints[key], (*path, key)) for key in read}
+        return {key: self.value(value, hints[key], (*path, key)) for key, value in table.items()}
 
     def value(self, value: Any, hint: Any, path: KeyPath) -> Any:
         """Return a TOML value converted to the type of an annotation."""

@@ -222,12 +222,12 @@ class DocumentFile:
     """File of one document. Mutable: tracks which document is on the disk.
 
     Args:
-        path: Where ``save`` writes; None for a document that has no file yet, then with ``folder``.
+        path: The file; None for a document that has none yet, then with ``folder``.
         saved: The document on the disk; None if there is none.
         folder: Folder of the autosave; by default next to the file.
 
     Attributes:
-        path: File that ``save`` writes.
+        path: The file.
     """
 
     def __init__(self, path: Path | None, saved: MapDocument | None, *, folder: Path | None = None) -> None:
@@ -236,16 +236,6 @@ class DocumentFile:
         self._folder = folder
         self._autosaved: tuple[MapDocument, str] | None = None  # with the text of its scene
         self._signature = _signature(path)
-
-    @classmethod
-    def open(cls, path: str | Path) -> tuple[DocumentFile, MapDocument]:
-        """Load a document and return it with its file.
-
-        Raises:
-            MapError: Same as for ``load_document``.
-        """
-        document = load_document(path)
-        return cls(Path(path), document), document
 
     @property
     def saved(self) -> MapDocument | None:
@@ -269,21 +259,8 @@ class DocumentFile:
         """Whether another window or program has written, or removed, the file since it was read or saved here."""
         return _signature(self.path) != self._signature
 
-    def save(self, document: MapDocument) -> None:
-        """Write to ``path``, replacing any file, and delete the autosave. See ``changed_elsewhere``.
-
-        Raises:
-            MapError: There is no path yet, or it cannot be written; nothing is lost.
-        """
-        if self.path is None:
-            raise MapError("the map has no file yet", remedy="Save it under a name")
-        save_document(document, self.path)
-        self._saved = document
-        self._signature = _signature(self.path)
-        self.drop_autosave()
-
     def save_as(self, document: MapDocument, path: str | Path) -> None:
-        """Write to ``path``, which becomes the document's file.
+        """Write to ``path``, which becomes the document's file, and delete the autosave. See ``changed_elsewhere``.
 
         Raises:
             MapError: The file cannot be written; the document keeps its old file.
@@ -308,7 +285,7 @@ class DocumentFile:
             document: The document.
             scene: Text of its scene if that has changes that are not saved; else empty.
 
-        May run in another thread, in order with ``save``; compression does not block the window.
+        May run in another thread, in order with ``save_as``; compression does not block the window.
 
         Raises:
             MapError: It cannot be written.

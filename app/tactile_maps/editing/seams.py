@@ -83,18 +83,16 @@ def erase_seams(document: MapDocument, number: int, edges: IntArray) -> Reflatte
     return _with_seams(document, number, "Erase a seam", replace(plan, drawn=drawn, extra=0))
 
 
-def propose_seam(document: MapDocument, number: int, *, more: int = 1) -> ReflattenRequest:
-    """Request ``more`` additional seams, each to the point farthest from border and existing seams.
+def propose_seam(document: MapDocument, number: int) -> ReflattenRequest:
+    """Request an additional seam, to the point farthest from border and existing seams.
 
     ``ReflattenResult.gains`` of the result is the improvement; ``apply_result`` accepts the previewed result.
 
     Raises:
-        MapError: Unknown patch, or ``more`` is below 1.
+        MapError: Unknown patch.
     """
-    if more < 1:
-        raise MapError("at least one seam must be proposed", value=more)
     _, plan = _surface_and_plan(document, number)
-    return _with_seams(document, number, "Propose a seam", replace(plan, extra=extra_seams(document, number) + more))
+    return _with_seams(document, number, "Propose a seam", replace(plan, extra=extra_seams(document, number) + 1))
 
 
 def extra_seams(document: MapDocument, number: int) -> int:

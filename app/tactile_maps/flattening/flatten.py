@@ -233,9 +233,8 @@ class _FlatteningJob:
             for plane in planes:
                 self._rounds += cost
                 scaled = disk.scaled(plane)
-                rounds.append(
-                    Iterate(scaled, disk.energy.energy_at_best_scale(scaled), time.perf_counter() - begin, 1.0)
-                )
+                energy = disk.energy.energy_at_best_scale(scaled)
+                rounds.append(Iterate(scaled, energy, time.perf_counter() - begin))
                 if self._on_round is not None:
                     self._on_round(rounds[-1])
                 if self.spent:

@@ -39,13 +39,11 @@ class Iterate:
         plane: (k, 2) vertex positions on the plane.
         energy: Mean energy by area; 4 is an isometry.
         seconds: Wall time since the start.
-        step: Length of the accepted step, 0 to 1; 0 where no step was possible.
     """
 
     plane: FloatArray
     energy: float
     seconds: float
-    step: float
 
 
 OnRound: TypeAlias = Callable[[Iterate], None]
@@ -95,14 +93,14 @@ def minimise(
     energy = problem.energy(plane)
     if not np.isfinite(energy):
         raise MapError("the initial map has flipped triangles", remedy="Remove very thin triangles from the surface")
-    yield Iterate(plane, energy, clock() - start, 1.0)
+    yield Iterate(plane, energy, clock() - start)
     factor = SparseLDL()
     for _ in range(rounds):
         before = energy
-        for after, reached, length in _steps(problem, factor, plane, energy, tolerance):
+        for after, reached in _steps(problem, factor, plane, energy, tolerance):
             plane = after
             energy = reached
-            yield Iterate(plane, energy, clock() - start, length)
+            yield Iterate(plane, energy, clock() - start)
         if before - energy <= tolerance * max(energy - 4, 1e-9):
             return
     raise DescentStopped("the descent has not converged", value=f"{rounds} factorisations", remedy="Start from its end")
@@ -110,16 +108,16 @@ def minimise(
 
 def _steps(
     problem: Energy, factor: SparseLDL, plane: FloatArray, energy: float, tolerance: float
-) -> Iterator[tuple[FloatArray, float, float]]:
-    """Yield maps, their energies and step lengths from one factorisation."""
+) -> Iterator[tuple[FloatArray, float]]:
+    """Yield maps and their energies from one factorisation."""
     gradient, hessian = problem.derivatives(plane)
     factorise(factor, hessian)
     steps: list[tuple[FloatArray, FloatArray]] = []
     first = energy
     for count in range(1, _STEPS + 1):
         step = -quasi_newton(factor, steps, gradient).reshape(-1, 2)
-        after, reached, length = line_search(problem, plane, step, energy, dot(gradient, step.ravel()))
-        yield after, reached, length
+        after, reached, _ = line_search(problem, plane, step, energy, dot(gradient, step.ravel()))
+        yield after, reached
         gain = energy - reached
         if gain <= max(tolerance * max(reached - 4, 1e-9), _FAIR_SHARE * (first - reached) / count) or count == _STEPS:
             return

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
@@ -45,7 +46,7 @@ class PinFollower:
     """
 
     def __init__(self, problem: SymmetricDirichlet, plane: FloatArray, *, cage: CoarseCage | None = None) -> None:
-        self._cage = cage
+        self.cage = cage
         self._faces = len(problem.faces)
         self._energy: Energy = problem if cage is None else ReducedEnergy(problem, cage.carried)
         self._descent = PinDescent(plane if cage is None else plane[cage.chosen])
@@ -56,7 +57,7 @@ class PinFollower:
     def plane(self) -> FloatArray:
         """(k, 2) the current map, without flips."""
         moved = self._descent.plane
-        return moved if self._cage is None else np.asarray(self._cage.carried @ moved)
+        return moved if self.cage is None else np.asarray(self.cage.carried @ moved)
 
     @property
     def energy(self) -> float:
@@ -70,8 +71,8 @@ class PinFollower:
 
     def pin(self, corners: IntArray, weights: FloatArray, goals: FloatArray) -> None:
         """Replace the pins: (p, 3) vertices of faces, (p, 3) weights in them, (p, 2) targets on the plane."""
-        if self._cage is not None:
-            corners, weights = self._cage.held(corners, weights)
+        if self.cage is not None:
+            corners, weights = self.cage.held(corners, weights)
         self._pinned = PinnedEnergy(self._energy, Springs(corners, weights), goals)
         self._still = False
         self._descent.forget()
@@ -163,7 +164,7 @@ def _rounds(job: ConvergenceJob, on_round: OnRound | None) -> tuple[list[Iterate
         try:
             for plane in planes:
                 energy = job.disk.energy.energy_at_best_scale(plane)
-                rounds.append(Iterate(plane, energy, time.perf_counter() - begin, 1.0))
+                rounds.append(Iterate(plane, energy, time.perf_counter() - begin))
                 if on_round is not None:
                     on_round(rounds[-1])
         except DescentStopped:
@@ -228,12 +229,10 @@ class PinnedPatch:
         *,
         lengths: float = 1.0,
         pins: Sequence[Pin] = (),
-        plane: FloatArray | None = None,
         whole: int = WHOLE,
         name: str = "patch",
     ) -> None:
-        start = chart if plane is None else replace(chart, plane=plane)
-        _check(surface, start, lengths, name)
+        _check(surface, chart, lengths, name)
         self._surface = surface
         self._chart = chart
         self._name = name
@@ -244,7 +243,7 @@ class PinnedPatch:
         self._objective = blended_energy(self._disk, lengths)
         self._pins: dict[int, Pin] = {}
         self._next = 0
-        self._follower, self._uses_coarse_cage = self._following(start)
+        self._follower = self._following(chart)
         for pin in pins:
             self.add(pin.at, pin.place)
 
@@ -317,16 +316,6 @@ class PinnedPatch:
         self._pins[pin] = Pin(self._pins[pin].at, self._checked(place))
         self._follower.aim(self._held()[2])
 
-    def remove(self, pin: int) -> None:
-        """Remove pin number ``pin``.
-
-        Raises:
-            MapError: Unknown pin number.
-        """
-        self._known(pin)
-        del self._pins[pin]
-        self._follower.pin(*self._held())
-
     def frame(self) -> FloatArray:
         """Follow the pins for about the time of a frame and return the current map (k, 2) [m], without flips.
 
@@ -352,7 +341,8 @@ class PinnedPatch:
         start = self._follower.plane
         job = ConvergenceJob(self._disk, self._pinned(), start, self._apart(start), self._chart, self._unit, self._name)
         chart = converge(job, on_round=on_round)
-        self._chart, (self._follower, self._uses_coarse_cage) = chart, self._following(chart)
+        self._chart = chart
+        self._follower = self._following(chart)
         self._follower.pin(*self._held())
         return chart
 
@@ -363,16 +353,14 @@ class PinnedPatch:
                 return plane
         return _laid_over(self._disk.start, start)
 
-    def _following(self, start: Chart) -> tuple[PinFollower, bool]:
-        """Return a follower from ``start``, and whether it uses a coarse cage."""
+    def _following(self, start: Chart) -> PinFollower:
+        """Return a follower from ``start``; that of a large patch uses a coarse cage."""
         plane = start.plane / self._unit
+        cage = None
         if len(start.faces) > self._whole:
-            try:
+            with suppress(MapError):  # moving all faces is slower but as accurate
                 cage = build_coarse_cage(self._surface, replace(start, plane=plane), name=self._name)
-            except MapError:
-                return PinFollower(self._objective, plane), False  # slower but as accurate; see ``uses_coarse_cage``
-            return PinFollower(self._objective, plane, cage=cage), True
-        return PinFollower(self._objective, plane), False
+        return PinFollower(self._objective, plane, cage=cage)
 
     def _held(self) -> tuple[IntArray, FloatArray, FloatArray]:
         """Return corners (p, 3), weights (p, 3) and goals (p, 2), in units."""

@@ -162,7 +162,6 @@ def path_in_tree(before: IntArray, end: int) -> IntArray:
     return np.array(path[::-1], dtype=np.int64)
 
 
-def all_path_lengths(graph: csr_matrix, chosen: IntArray | None = None) -> FloatArray:
-    """Return the path lengths (k, k) between the ``chosen`` nodes (k,), by default all; inf if not connected."""
-    every = np.arange(graph.shape[0]) if chosen is None else chosen
-    return np.asarray(dijkstra(graph, directed=False, indices=every))[:, every]
+def all_path_lengths(graph: csr_matrix) -> FloatArray:
+    """Return the path lengths (k, k) between all nodes; inf if not connected."""
+    return np.asarray(dijkstra(graph, directed=False))

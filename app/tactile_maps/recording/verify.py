@@ -11,7 +11,7 @@ from tactile_maps.core.errors import RecordingError, SimulationError, TactileMap
 from tactile_maps.core.progress import Progress, no_progress
 from tactile_maps.core.timing import Timings
 from tactile_maps.recording.encoding.frame_codec import encode_frame
-from tactile_maps.recording.file.damage import DamageKind, RecordingDamage
+from tactile_maps.recording.file.damage import DamageKind
 from tactile_maps.recording.machine import machine_facts
 from tactile_maps.recording.player import RecordingPlayer
 from tactile_maps.recording.recorder import versions
@@ -35,7 +35,6 @@ class Verification:
         other_versions: Versions that differ from the recorded ones; results are only guaranteed equal without any.
         stopped: Why the session stopped again, as recorded; None if it did not stop.
         not_compared: Number of frames that were not compared because inputs before them are missing.
-        damage: Damage of the recording.
         differing: Quantity with the largest difference and its unit, like "pressures [kPa]"; empty if there is none.
         other_machine: Processor and BLAS of the recording, and of this machine, if they differ: they are then the
             likely cause of a small difference. Empty if they are equal or the recording does not state them.
@@ -48,7 +47,6 @@ class Verification:
     other_versions: tuple[str, ...]
     stopped: str | None = None
     not_compared: int = 0
-    damage: tuple[RecordingDamage, ...] = ()
     differing: str = ""
     other_machine: tuple[str, ...] = ()
 
@@ -104,7 +102,6 @@ def verify(player: RecordingPlayer, *, progress: Progress = no_progress) -> Veri
         other_versions=_changed_versions(player),
         stopped=stopped,
         not_compared=missing,
-        damage=player.damage,
         differing=differing,
         other_machine=_other_machine(player),
     )

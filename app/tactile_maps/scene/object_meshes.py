@@ -21,27 +21,23 @@ _USUAL_DISTANCE = 100.0
 """Distance from the world's origin [m] above which an object's numbers are probably in millimetres."""
 
 
-def make_objects(scene: Scene, *, folder: Path = Path()) -> tuple[SceneObject, ...]:
+def make_objects(scene: Scene) -> tuple[SceneObject, ...]:
     """Create all objects of a scene, in its order.
-
-    Args:
-        scene: The scene.
-        folder: Folder to which the paths of mesh files are relative.
 
     Raises:
         SceneError: A mesh file is missing or cannot be used.
 
     Cost: below 1 ms for a primitive.
     """
-    return tuple(_make_object(spec, folder, f"objects.{number}.file") for number, spec in enumerate(scene.objects))
+    return tuple(_make_object(spec, f"objects.{number}.file") for number, spec in enumerate(scene.objects))
 
 
-def _make_object(spec: ObjectSpec, folder: Path, place: str) -> SceneObject:
+def _make_object(spec: ObjectSpec, place: str) -> SceneObject:
     if spec.kind != "mesh":
         mesh = primitive_mesh(spec)
         return SceneObject(spec, mesh, _in_millimetres(spec, mesh))
     try:
-        mesh, findings = read_mesh_in_metres(folder / spec.file, where=spec.name)
+        mesh, findings = read_mesh_in_metres(Path(spec.file), where=spec.name)
     except TactileMapsError as error:
         value = error.value or error.place or spec.file
         raise error.at(kind=SceneError, place=place, value=value) from error

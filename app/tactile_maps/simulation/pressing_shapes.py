@@ -37,14 +37,12 @@ class Solid:
     """A geom as a body that can press the skin.
 
     Attributes:
-        geom: Number in the model.
         body: Number of its body.
         shape: Shape in its own frame.
         pose: ``T_body_shape``.
         by: Displayed name of the object or link.
     """
 
-    geom: int
     body: int
     shape: Shape
     pose: Pose
@@ -82,7 +80,7 @@ class Solids:
             model = self._model
             body = int(self._model.geom_bodyid[geom])
             shape, pose = _geom_shape(model, geom)
-            self._known[geom] = Solid(geom, body, shape, pose, model.body(body).name)
+            self._known[geom] = Solid(body, shape, pose, model.body(body).name)
         return self._known[geom]
 
     def _learn(self, scene_object: SceneObject) -> None:
@@ -102,7 +100,7 @@ class Solids:
             shape = Plane()
         else:
             shape, _ = _geom_shape(self._model, geom)
-        self._known[geom] = Solid(geom, body, shape, Pose.identity(), scene_object.spec.name)
+        self._known[geom] = Solid(body, shape, Pose.identity(), scene_object.spec.name)
 
 
 def _geom_shape(model: mujoco.MjModel, geom: int) -> tuple[Shape, Pose]:

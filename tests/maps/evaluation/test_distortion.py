@@ -133,14 +133,10 @@ def test_values_equal_those_of_the_quality_panel(three_patches):
         assert stretch(three_patches, kind).spread == card
 
 
-def test_known_distortion_is_reused(three_patches):
-    known = distortion(three_patches)
+def test_every_face_is_measured(three_patches):
+    count = sum(len(chart.faces) for chart in three_patches.charts)
     for kind in MEASURES:
-        again = stretch(three_patches, kind, known=known)
-        fresh = stretch(three_patches, kind)
-        np.testing.assert_array_equal(again.faces, fresh.faces)
-        assert again.spread == fresh.spread
-    assert stretch(three_patches, "angle").faces.shape == (sum(len(chart.faces) for chart in three_patches.charts),)
+        assert stretch(three_patches, kind).faces.shape == (count,)
 
 
 def test_patch_mapped_to_a_line_has_infinite_distortion(flat):

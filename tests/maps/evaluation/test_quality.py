@@ -45,9 +45,6 @@ PROMISED = {
     "seam_mm",
     "force_error",
     "coverage",
-    "torn_between_modules",
-    "trustworthiness_between_modules",
-    "continuity_between_modules",
 }
 
 
@@ -138,16 +135,6 @@ def test_known_body_distances_are_reused(three_patches):
     body = BodyDistances(three_patches.skin, sources=3)
     image = TactileImage(three_patches)
     assert measure(three_patches, distances=body, images=(image,)) == measure(three_patches, sources=3)
-
-
-@pytest.mark.long
-def test_known_modules_give_separate_scores(three_patches):
-    modules = np.arange(len(three_patches.skin)) // 4
-    quality = measure(three_patches, sources=3, modules=modules)
-    assert 0 < quality.pairs_between_modules < quality.pairs
-    assert quality.torn_between_modules <= quality.torn_pairs
-    assert 0.5 < quality.trustworthiness_between_modules <= 1
-    assert measure(three_patches, sources=3).to_json()["torn_between_modules"] is None
 
 
 @pytest.mark.long

@@ -192,14 +192,14 @@ def cloud():
     return points, straight_distances(positions, pair=0.5), np.arange(120) // 12
 
 
-def _slowly(points, distances, k, module):
+def _slowly(points, distances, k):
     """Trustworthiness and continuity, counted taxel by taxel from their definition."""
     flat = np.linalg.norm(points[:, None] - points[None], axis=2)
     scores = []
     for here, there in ((flat, distances), (distances, flat)):
         lost = worst = 0
         for i in range(len(points)):
-            others = [j for j in range(len(points)) if (j != i if module is None else module[j] != module[i])]
+            others = [j for j in range(len(points)) if j != i]
             place = {j: 1 + rank for rank, j in enumerate(sorted(others, key=lambda j: there[i, j]))}
             nearest = sorted(others, key=lambda j: here[i, j])[:k]
             lost += sum(max(place[j] - k, 0) for j in nearest)
@@ -209,14 +209,12 @@ def _slowly(points, distances, k, module):
 
 
 @pytest.mark.parametrize("k", [3, 6, 10])
-@pytest.mark.parametrize("between", [False, True])
-def test_neighbourhoods_agree_with_brute_force(cloud, k, between):
-    points, distances, modules = cloud
-    module = modules if between else None
+def test_neighbourhoods_agree_with_brute_force(cloud, k):
+    points, distances, _ = cloud
     (patch,) = distances.patches
-    expected = _slowly(points, patch.near, k, module)
+    expected = _slowly(points, patch.near, k)
     assert max(expected) < 0.99
-    assert neighbourhoods(points, patch, module=module, k=k) == pytest.approx(expected, abs=1e-12)
+    assert neighbourhoods(points, patch, k=k) == pytest.approx(expected, abs=1e-12)
 
 
 def test_equal_distances_are_not_ordered_by_rounding():
@@ -237,35 +235,30 @@ def test_rank_correlation_and_stress_follow_their_definitions(cloud):
     assert shape.stress == pytest.approx(least, rel=1e-9)
 
 
-def test_pairs_between_modules_are_counted_separately(cloud):
-    points, distances, modules = cloud
-    across = modules[distances.pairs[:, 0]] != modules[distances.pairs[:, 1]]
+def test_torn_pairs_are_counted(cloud):
+    points, distances, _ = cloud
     torn = np.array(
         [
             np.linalg.norm(points[i] - points[j]) > 2 * length
             for (i, j), length in zip(distances.pairs, distances.lengths, strict=True)
         ]
     )
-    shape = measure_topography(points, distances, modules=modules)
-    assert (shape.pairs, shape.torn_pairs) == (len(across), torn.sum())
+    shape = measure_topography(points, distances)
+    assert (shape.pairs, shape.torn_pairs) == (len(torn), torn.sum())
+    assert 0 < shape.torn_pairs < shape.pairs
     assert shape.torn == pytest.approx(torn.mean())
-    assert (shape.pairs_between_modules, shape.torn_between_modules) == (across.sum(), torn[across].sum())
-    assert 0 < shape.torn_between_modules < shape.torn_pairs or torn[~across].sum() == 0
-    alone = measure_topography(points, distances)
-    assert alone.torn_between_modules is None
-    assert alone.continuity_between_modules is None
 
 
-def test_rotated_module_increases_the_error_between_modules():
+def test_rotated_module_tears_pairs_and_reduces_trustworthiness():
     columns, rows = np.meshgrid(np.arange(24.0), np.arange(8.0))
     grid = np.stack([columns, rows], axis=-1).reshape(-1, 2)
     module = (grid[:, 0] // 4 + 6 * (grid[:, 1] // 4)).astype(int)
     body = straight_distances(np.column_stack([grid, np.zeros(len(grid))]), pair=1.1)
     turned = grid.copy()
     turned[module == 4] = 2 * grid[module == 4].mean(axis=0) - grid[module == 4]
-    shape = measure_topography(turned, body, modules=module)
-    assert shape.torn_pairs == shape.torn_between_modules > 0
-    assert shape.trustworthiness_between_modules < shape.trustworthiness < 1
+    shape = measure_topography(turned, body)
+    assert shape.torn_pairs > 0
+    assert shape.trustworthiness < 1
 
 
 def test_flat_patch_preserves_all_distances(flat, body):

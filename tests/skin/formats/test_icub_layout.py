@@ -34,7 +34,6 @@ def test_module_is_mirrored_then_rotated_then_translated(tmp_path):
     np.testing.assert_allclose(layout.points[1], [0.010 - y, 0.020 - x], atol=1e-12)
     np.testing.assert_array_equal(layout.numbers, np.arange(60, 72))
     np.testing.assert_allclose(layout.points[3], [0.010, 0.020], atol=1e-12)
-    assert dict(layout.settings) == {"cardid": "8 9", "robotPart": "left_arm", "width": "500"}
 
 
 def test_mirror_and_layout_number_are_optional(tmp_path):

@@ -52,15 +52,12 @@ def test_text_is_a_positions_file_or_a_table(tmp_path, text, link):
     assert taxels.link == link
 
 
-def test_file_with_several_links_requires_a_choice(tmp_path):
+def test_taxels_of_several_links_are_not_one_set(tmp_path):
     path = tmp_path / "skin.csv"
     write_taxels([dome(), dome(5, link="arm")], path)
     assert [taxels.link for taxels in read_taxel_sets(path)] == ["hand", "arm"]
-    assert len(read_taxels(path, link="arm")) == 5
-    with pytest.raises(SkinError, match=r"skin\.csv.*several links.*Choose one of: hand, arm"):
+    with pytest.raises(SkinError, match=r"skin\.csv.*several links.*hand, arm.*Give a file"):
         read_taxels(path)
-    with pytest.raises(SkinError, match=r"no such link.*leg.*Choose one of: hand, arm"):
-        read_taxels(path, link="leg")
 
 
 def test_layout_alone_is_a_flat_skin(tmp_path):

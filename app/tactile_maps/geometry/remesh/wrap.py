@@ -42,13 +42,11 @@ class WrappedMesh:
     Attributes:
         surface: Closed, manifold, outward.
         voxel: Grid spacing used [m]; edges are about this long.
-        thickness: Distance from the mesh [m]; larger than requested if the grid would have been too large.
         findings: Deviations from the request.
     """
 
     surface: Mesh
     voxel: float
-    thickness: float
     findings: tuple[Finding, ...]
 
 
@@ -83,7 +81,7 @@ def wrap_mesh(mesh: Mesh, *, thickness: float, voxel: float, closing: float = 0.
         field = _closed_field(closest, field, grid, thickness, closing)
     surface, loose = _isosurface(grid, _snapped_field(field, thickness, voxel), thickness, where)
     surface = _smoothed(surface, closest, mesh, -closing if closing > 0 else thickness)
-    return WrappedMesh(surface, voxel, thickness, findings + loose)
+    return WrappedMesh(surface, voxel, findings + loose)
 
 
 def coarsest_voxel(thickness: float) -> float:

@@ -34,13 +34,10 @@ IDEALS: dict[str, float] = {
     "isometry": 1.0,
     "edge_error": 0.0,
     "torn": 0.0,
-    "torn_between_modules": 0.0,
     "stress": 0.0,
     "spearman": 1.0,
     "trustworthiness": 1.0,
     "continuity": 1.0,
-    "trustworthiness_between_modules": 1.0,
-    "continuity_between_modules": 1.0,
     "round_trip_mm": 0.0,
     "force_error": 0.0,
     "seam_mm": 0.0,
@@ -111,7 +108,6 @@ def compare_maps(
     second: TactileMap | TaxelLayout,
     *,
     distances: BodyDistances | None = None,
-    modules: IntArray | None = None,
 ) -> Comparison:
     """Measure two maps of the same taxels.
 
@@ -119,7 +115,6 @@ def compare_maps(
         first: A map, or only the points of its taxels.
         second: The same; taxels correspond by number.
         distances: Body distances; by default of the skin of the first argument that is a map.
-        modules: (n,) module of each taxel.
 
     Raises:
         MapError: Different taxels, or two layouts without distances.
@@ -136,8 +131,8 @@ def compare_maps(
     body = BodyDistances(skins[0]) if distances is None else distances
     a = _points(first, int(body.first[-1]))
     b = _points(second, int(body.first[-1]))
-    one = _measured(first, a, body, modules)
-    other = _measured(second, b, body, modules)
+    one = _measured(first, a, body)
+    other = _measured(second, b, body)
     return Comparison(one, other, _side_by_side(one, other), 1e3 * procrustes(a, b, body.first))
 
 
@@ -174,12 +169,10 @@ def _points(map_: TactileMap | TaxelLayout, count: int) -> FloatArray:
     return points
 
 
-def _measured(
-    map_: TactileMap | TaxelLayout, points: FloatArray, body: BodyDistances, modules: IntArray | None
-) -> Topography:
+def _measured(map_: TactileMap | TaxelLayout, points: FloatArray, body: BodyDistances) -> Topography:
     if isinstance(map_, TactileMap):
-        return measure(map_, distances=body, modules=modules)
-    return measure_topography(points, body, modules=modules)
+        return measure(map_, distances=body)
+    return measure_topography(points, body)
 
 
 def _side_by_side(first: Topography, second: Topography) -> tuple[ComparedMeasure, ...]:

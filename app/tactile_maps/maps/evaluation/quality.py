@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tactile_maps.core.arrays import FloatArray, IntArray
+from tactile_maps.core.arrays import FloatArray
 from tactile_maps.core.errors import Finding
 from tactile_maps.flattening.bijectivity import crossings
 from tactile_maps.maps.evaluation.distortion import DistortionSummary, distortion, nested_patches
@@ -65,7 +65,6 @@ def measure(
     *,
     distances: BodyDistances | None = None,
     images: Sequence[TactileImage] | None = None,
-    modules: IntArray | None = None,
     sources: int | None = None,
     seed: int = 0,
 ) -> MapQuality:
@@ -77,7 +76,6 @@ def measure(
             between edits.
         images: Images that together show all charts of ``map_``, in any layout; by default one image of the map at 512
             pixels.
-        modules: (taxels,) module of each taxel, for separate scores between modules.
         sources: See ``BodyDistances``, if computed here.
         seed: See ``BodyDistances``.
 
@@ -89,17 +87,12 @@ def measure(
     Cost: 1.2 s for 1000 taxels on 18,000 faces; 40 ms with given distances and images.
     """
     body = BodyDistances(map_.skin, sources=sources, seed=seed) if distances is None else distances
-    return _measured(map_, body, (TactileImage(map_),) if images is None else images, modules)
-
-
-def _measured(
-    map_: TactileMap, body: BodyDistances, images: Sequence[TactileImage], modules: IntArray | None
-) -> MapQuality:
+    images = (TactileImage(map_),) if images is None else images
     faces = distortion(map_)
     over = overlaps(map_)
     flips = int(faces.flipped.sum())
     return MapQuality(
-        **vars(measure_topography(map_.taxel_points, body, modules=modules)),
+        **vars(measure_topography(map_.taxel_points, body)),
         patches=len(map_.skin.patches),
         taxels=len(map_.skin),
         coverage=map_.skin.coverage,

@@ -230,7 +230,7 @@ _ALIKE = 1e-6
 
 @dataclass(frozen=True)
 class Topography:
-    """Topography measures of a map. None where unknown: too few taxels, or no modules.
+    """Topography measures of a map. None where unknown, with too few taxels.
 
     Attributes:
         edge_error: Rms relative error of lengths between neighbouring taxels at the best scale, without torn pairs.
@@ -241,10 +241,6 @@ class Topography:
         spearman: Rank correlation of the same distances; 1 if the map preserves their order.
         trustworthiness: 1 if the six nearest taxels on the map are the nearest on the body.
         continuity: 1 if the six nearest taxels on the body are the nearest on the map.
-        pairs_between_modules: Number of neighbours on different modules.
-        torn_between_modules: Number of these that are torn; None without modules.
-        trustworthiness_between_modules: Trustworthiness over taxels of other modules than one's own.
-        continuity_between_modules: Continuity over taxels of other modules than one's own.
     """
 
     edge_error: float | None
@@ -255,35 +251,31 @@ class Topography:
     spearman: float | None
     trustworthiness: float | None
     continuity: float | None
-    pairs_between_modules: int = 0
-    torn_between_modules: int | None = None
-    trustworthiness_between_modules: float | None = None
-    continuity_between_modules: float | None = None
 
     def to_json(self) -> dict[str, Any]:
         """Return plain values for JSON; null is unknown or infinite, as the angle of a face collapsed to a line."""
         return {key: json_value(value) for key, value in asdict(self).items()}
 
 
-def measure_topography(points: FloatArray, distances: BodyDistances, *, modules: IntArray | None = None) -> Topography:
+def measure_topography(points: FloatArray, distances: BodyDistances) -> Topography:
     """Compare distances on map and body, patch by patch, weighted by the patches' taxels.
 
     Args:
         points: (n, 2) map points of the taxels [m].
         distances: Body distances.
-        modules: (n,) module of each taxel. A module is rigid, so pairs within one are hardly ever wrong and improve
-            every score; with modules, scores between modules are computed as well.
 
     Cost: 25 ms for 1000 taxels.
     """
     edge_error, torn = edge_lengths(points, distances)
     parts = [points[a:b] for a, b in pairwise(distances.first)]
     counts = np.diff(distances.first).astype(np.float64)
-    rows = [(*_agreement(part, body), *neighbourhoods(part, body)) for part, body in _by_patch(parts, distances)]
+    rows = [
+        (*_agreement(part, body), *neighbourhoods(part, body))
+        for part, body in zip(parts, distances.patches, strict=True)
+    ]
     stress, spearman, trust, continuity = (_mean(column, counts) for column in zip(*rows, strict=True))
-    between = _between_modules(parts, distances, torn, modules) if modules is not None else ()
     share = float(torn.mean()) if len(torn) else 0.0
-    return Topography(edge_error, len(torn), int(torn.sum()), share, stress, spearman, trust, continuity, *between)
+    return Topography(edge_error, len(torn), int(torn.sum()), share, stress, spearman, trust, continuity)
 
 
 def json_value(value: Any) -> Any:
@@ -314,7 +306,7 @@ def edge_lengths(points: FloatArray, distances: BodyDistances) -> tuple[float | 
 
 
 def neighbourhoods(
-    points: FloatArray, body: PatchDistances, *, module: IntArray | None = None, k: int = NEIGHBOURS
+    points: FloatArray, body: PatchDistances, *, k: int = NEIGHBOURS
 ) -> tuple[float, float] | tuple[None, None]:
     """Return trustworthiness (no false neighbours on the map) and continuity (none lost); Venna and Kaski 2001.
 
@@ -324,21 +316,18 @@ def neighbourhoods(
     Args:
         points: (n, 2) map points of the patch's taxels.
         body: Their distances on the body.
-        module: (n,) if given, taxels of the same module are excluded.
         k: Number of neighbours.
 
     Returns:
-        Both values; None if every taxel has fewer than 3 k - 1 others to rank.
+        Both values; None if a taxel has fewer than 3 k - 1 others to rank.
     """
-    flat = np.linalg.norm(points[body.rows, None] - points[None], axis=2)
-    shut = body.rows[:, None] == np.arange(len(points)) if module is None else module[body.rows, None] == module
-    others = len(points) - shut.sum(axis=1)
-    asked = others >= 3 * k - 1
-    if not asked.any():
+    others = len(points) - 1
+    if others < 3 * k - 1:
         return None, None
-    flat, near, others = (array[asked] for array in (np.where(shut, np.inf, flat), body.near, others))
-    near = np.where(shut[asked], np.inf, near)
-    largest = float((k * (2 * others - 3 * k + 1) / 2).sum())
+    own = body.rows[:, None] == np.arange(len(points))
+    flat = np.where(own, np.inf, np.linalg.norm(points[body.rows, None] - points[None], axis=2))
+    near = np.where(own, np.inf, body.near)
+    largest = len(body.rows) * k * (2 * others - 3 * k + 1) / 2
     return 1 - _beyond(flat, near, k) / largest, 1 - _beyond(near, flat, k) / largest
 
 
@@ -380,23 +369,6 @@ def _ranks(values: FloatArray) -> FloatArray:
     _, place, counts = np.unique(values, return_inverse=True, return_counts=True)
     middle: FloatArray = np.cumsum(counts) - 0.5 * (counts - 1)
     return middle[place]
-
-
-def _between_modules(
-    parts: list[FloatArray], distances: BodyDistances, torn: BoolArray, modules: IntArray
-) -> tuple[int, int, float | None, float | None]:
-    counts = np.diff(distances.first).astype(np.float64)
-    own = [modules[a:b] for a, b in pairwise(distances.first)]
-    rows = [
-        neighbourhoods(part, body, module=m) for (part, body), m in zip(_by_patch(parts, distances), own, strict=True)
-    ]
-    trust, continuity = (_mean(column, counts) for column in zip(*rows, strict=True))
-    across = np.diff(modules[distances.pairs], axis=1)[:, 0] != 0
-    return int(across.sum()), int(torn[across].sum()), trust, continuity
-
-
-def _by_patch(parts: list[FloatArray], distances: BodyDistances) -> list[tuple[FloatArray, PatchDistances]]:
-    return list(zip(parts, distances.patches, strict=True))
 
 
 def _mean(values: Sequence[float | None], weights: FloatArray) -> float | None:

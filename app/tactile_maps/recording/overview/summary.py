@@ -29,7 +29,6 @@ class RecordingSummary:
 
     Attributes:
         path: The file.
-        size: Size in bytes.
         modified: Time of the last change [s since 1970].
         seconds: Time from its first frame to its last [s]; None if it cannot be read.
         robot: Name of the robot; empty if it cannot be read.
@@ -42,7 +41,6 @@ class RecordingSummary:
     """
 
     path: Path
-    size: int
     modified: float
     seconds: float | None = None
     robot: str = ""
@@ -62,8 +60,8 @@ def summarise(path: str | Path) -> RecordingSummary:
     try:
         known = path.stat()
     except OSError as error:
-        return RecordingSummary(path, 0, 0.0, problem=f"The file cannot be read: {error.strerror}")
-    blank = RecordingSummary(path, known.st_size, known.st_mtime)
+        return RecordingSummary(path, 0.0, problem=f"The file cannot be read: {error.strerror}")
+    blank = RecordingSummary(path, known.st_mtime)
     if known.st_size > MOST_SUMMARISED_BYTES:
         return replace(blank, problem="Too large for a summary")
     try:

@@ -18,6 +18,8 @@ from tactile_maps.geometry.surface.closest_point import ClosestPoint, closest_po
 from tactile_maps.geometry.surface.mesh import Mesh
 from tactile_maps.geometry.surface.pose import Pose
 
+_STARTS = 6
+"""Number of starts: the stated pose, and random displacements of it."""
 _STEPS = 60
 _ENOUGH = 1e-7
 """Size of a step [m] that ends the iteration."""
@@ -34,6 +36,8 @@ _LEAST_SCALE = 1e-4
 _FREE = 1e-2
 """Share of the largest eigenvalue below which the mesh does not determine a direction."""
 LEAST_TOUCHES = 3
+_FELT = 0.05
+"""Readings below this share of the largest one of a touch are left out."""
 _LEAST_SPREAD = 0.05
 """Least distance of the touches from a line, as a share of their extent along it."""
 
@@ -58,35 +62,23 @@ class Alignment(ArrayFields):
     free: int
 
     @property
-    def shift(self) -> float:
-        """Displacement of the origin of the group's data, as the length of the translation [m]."""
-        return float(np.linalg.norm(self.pose.translation))
-
-    @property
     def angle(self) -> float:
         """Angle of the rotation [rad]."""
         return float(Rotation.from_matrix(self.pose.rotation).magnitude())
 
 
-def align_to_mesh(
-    mesh: Mesh,
-    positions: FloatArray,
-    normals: FloatArray | None = None,
-    *,
-    starts: int = 6,
-    seed: int = 0,
-) -> Alignment:
+def align_to_mesh(mesh: Mesh, positions: FloatArray, normals: FloatArray | None = None, *, seed: int = 0) -> Alignment:
     """Return the displacement that puts a rigid group of taxels onto a mesh, with its normals along those of the mesh.
 
-    Directions that the mesh does not determine, such as sliding along a plane, remain as stated.
+    Directions that the mesh does not determine, such as sliding along a plane, remain as stated. Of the stated pose
+    and random displacements of it, by about 20 degrees and up to a quarter of the group's extent, the start with the
+    least final cost is used.
 
     Args:
         mesh: The surface [m].
         positions: (k, 3) stated positions of the taxels [m], in the frame of the mesh.
         normals: (k, 3) stated outward unit normals, or None.
-        starts: Number of starts: the stated pose, and random displacements of it, by about 20 degrees and up to a
-            quarter of the group's extent. The least cost is used.
-        seed: Seed of the starts.
+        seed: Seed of the random displacements.
 
     Raises:
         SkinError: There are no taxels, or a position is not finite.
@@ -101,7 +93,7 @@ def align_to_mesh(
     random = np.random.default_rng(seed)
     extent = float(np.linalg.norm(np.ptp(positions, axis=0)))
     best = fit.refined(Pose.identity())
-    for _ in range(starts - 1):
+    for _ in range(_STARTS - 1):
         turn = Rotation.from_rotvec(random.normal(size=3) * np.radians(30) / 3).as_matrix()
         shift: FloatArray = random.uniform(-0.25, 0.25, 3) * extent
         found = fit.refined(_about(fit.centre, turn, shift))
@@ -197,16 +189,13 @@ class _MeshFit:
         return int((values < _FREE * values[-1]).sum())
 
 
-def align_to_touches(
-    centres: FloatArray, places: FloatArray, taxels: FloatArray, *, deviation: float | None = None
-) -> Alignment:
+def align_to_touches(centres: FloatArray, places: FloatArray, taxels: FloatArray) -> Alignment:
     """Return the displacement of a group of taxels by which the centres of touches agree with their known places.
 
     Args:
         centres: (k, 3) centres of the readings of each touch, computed with the stated positions of the taxels [m].
         places: (k, 3) known places of the touches [m], in the same frame of the link.
         taxels: (n, 3) stated positions of the taxels [m], for which the uncertainty is stated.
-        deviation: Standard deviation of a coordinate of the centres [m], by default from the residuals.
 
     Raises:
         SkinError: There are fewer than three touches, or they are on a line, so that the rotation about it is not
@@ -229,9 +218,8 @@ def align_to_touches(
     arms = pose.points(centres) - np.average(pose.points(centres), axis=0, weights=weight)
     rows = _rows_of_points(arms)
     information = np.einsum("k,kij,kil->jl", weight, rows, rows)
-    if deviation is None:
-        deviation = float(np.sqrt((weight * away**2).sum() / max(3 * len(centres) - 6, 1)))
-    covariance = deviation**2 * np.linalg.inv(information)
+    variance = (weight * away**2).sum() / max(3 * len(centres) - 6, 1)
+    covariance = variance * np.linalg.inv(information)
     reach = pose.points(taxels) - np.average(pose.points(centres), axis=0, weights=weight)
     spread = np.einsum("kij,jl,kil->k", _rows_of_points(reach), covariance, _rows_of_points(reach))
     before = np.linalg.norm(places - centres, axis=1)
@@ -239,18 +227,17 @@ def align_to_touches(
 
 
 def touch_centres(
-    positions: FloatArray, readings: FloatArray, *, least: float = 0.05, noise: FloatArray | float = 0.0
+    positions: FloatArray, readings: FloatArray, *, noise: FloatArray | float = 0.0
 ) -> tuple[FloatArray, BoolArray]:
     """Return the centres (t, 3) [m] of the readings of touches, and which of the touches have one.
 
     Args:
         positions: (n, 3) stated positions of the taxels [m].
         readings: (t, n) changes from the untouched skin, positive under pressure; NaN for taxels that did not report.
-        least: Readings below this share of the largest one of a touch are left out.
         noise: Readings below this value, for all or each of the taxels (n,), are left out.
     """
     felt = np.nan_to_num(readings)
-    felt = np.where((felt >= least * felt.max(axis=1, keepdims=True)) & (felt > noise), felt, 0.0)
+    felt = np.where((felt >= _FELT * felt.max(axis=1, keepdims=True)) & (felt > noise), felt, 0.0)
     total = felt.sum(axis=1)
     there = total > 0
     centres = felt @ positions / np.where(there, total, 1.0)[:, None]

@@ -90,23 +90,17 @@ def taxel_format_for(path: Path) -> TaxelFormat | None:
     return next((form for form in forms if form.recognises is not None and form.recognises(document)), None)
 
 
-def read_taxels(path: str | Path, *, link: str | None = None) -> TaxelSet:
-    """Return the taxels in a file of any format, see ``read_taxel_sets``.
-
-    Args:
-        path: The file.
-        link: Link whose taxels are returned, for a file with several.
+def read_taxels(path: str | Path) -> TaxelSet:
+    """Return the taxels of one link in a file of any format, see ``read_taxel_sets``.
 
     Raises:
-        SkinError: The file is of another kind or broken, or has several links and none is chosen.
+        SkinError: The file is of another kind or broken, or has several links.
     """
-    sets = read_taxel_sets(path)
-    chosen = [taxels for taxels in sets if link is None or taxels.link == link]
-    if len(chosen) != 1:
-        links = ", ".join(taxels.link or "no name" for taxels in sets)
-        problem = "the file has several links" if link is None else "the file has no such link"
-        raise SkinError(problem, file=path, value=links if link is None else link, remedy=f"Choose one of: {links}")
-    return chosen[0]
+    first, *others = read_taxel_sets(path)
+    if others:
+        links = ", ".join(taxels.link or "no name" for taxels in (first, *others))
+        raise SkinError("the file has several links", file=path, value=links, remedy="Give a file with one of them")
+    return first
 
 
 def read_taxel_sets(path: str | Path) -> tuple[TaxelSet, ...]:

@@ -44,7 +44,6 @@ class Shear(NamedTuple):
 
     Attributes:
         forces: (n,) force on each point [N], as a complex number: its parts along both axes of the bed.
-        rounds: Number of Newton steps.
         matched: Whether the forces sum to the totals. Otherwise these exceed what friction can transfer. The torque is
             then nearly the largest one for the force, which is still exact; a force that alone exceeds the limit is
             reduced to it.
@@ -52,7 +51,6 @@ class Shear(NamedTuple):
     """
 
     forces: ComplexArray
-    rounds: int
     matched: bool
     stuck: float
 
@@ -84,7 +82,7 @@ def shear_bed(
     most = float(limits.sum())
     pull = abs(force)
     if most <= 0.0:
-        return Shear(np.zeros_like(before), 0, pull == 0.0 and torque == 0.0, 1.0)
+        return Shear(np.zeros_like(before), pull == 0.0 and torque == 0.0, 1.0)
     squares = offsets.real**2 + offsets.imag**2
     size = math.sqrt(float(limits @ squares) / most)
     if size < _POINT:
@@ -95,7 +93,7 @@ def shear_bed(
         # Slightly above the limit means that the friction of the physics is inexact.
         matched = pull <= (1 + _AT_LIMIT) * most
         forces = limits * np.complex128(force / (most if matched else pull))
-        return Shear(forces, 0, matched, 0.0)
+        return Shear(forces, matched, 0.0)
     # Points whose limit has fallen slide back to it first; else Newton starts where nothing resists.
     before = before * (limits / np.maximum(np.abs(before), limits + 1e-300))
     bed = _Bed(before, limits, stiffness, offsets / size, squares / size**2)
@@ -145,7 +143,7 @@ class _Bed(NamedTuple):
             state, pull, twist = following, left, rest
         matched = error <= _ACCURATE * most
         below = np.abs(state.own) < STUCK * self.limits
-        return Shear(state.own, rounds, matched, float(self.limits[below].sum()) / most)
+        return Shear(state.own, matched, float(self.limits[below].sum()) / most)
 
     def _clip(self, motion: complex, turn: float) -> _Clipped:
         """Return the forces after a motion [m]; ``turn`` is an angle times the size of the bed."""

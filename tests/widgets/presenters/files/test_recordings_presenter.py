@@ -185,7 +185,7 @@ def test_list_shows_labels_of_episodes_and_large_pictures(qtbot, tmp_path):
     picture[:, :72] = np.nan
     picture[:, 120:] = 5.0
     dialog.show_summary(
-        RecordingSummary(path, 100, 0.0, 1.0, "arm", "Arm", 3, Annotations(label="demo", episodes=episodes), picture)
+        RecordingSummary(path, 0.0, 1.0, "arm", "Arm", 3, Annotations(label="demo", episodes=episodes), picture)
     )
     assert text(dialog, "three.mcap", "Label") == "demo\ngrasp ×2, lift"
     assert dialog.table.iconSize().width() >= 128

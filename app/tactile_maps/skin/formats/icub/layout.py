@@ -72,13 +72,11 @@ class IcubLayout:
     Attributes:
         name: Name of the file without its suffix.
         modules: Modules in the order of the file, with distinct numbers.
-        settings: Named values above the modules, unchanged.
         findings: Defects that were found while reading.
     """
 
     name: str
     modules: tuple[LayoutModule, ...]
-    settings: tuple[tuple[str, str], ...] = ()
     findings: tuple[Finding, ...] = field(default=(), compare=False)
 
     @cached_property
@@ -127,7 +125,6 @@ def read_icub_layout(path: str | Path) -> IcubLayout:
         SkinError: The file cannot be read, a line is invalid, or no module is of a known kind.
     """
     path = Path(path)
-    settings = list[tuple[str, str]]()
     modules = list[LayoutModule]()
     unknown = Counter[str]()
     inside = False
@@ -139,11 +136,9 @@ def read_icub_layout(path: str | Path) -> IcubLayout:
                 continue
             if words[0].startswith("["):
                 inside = words[0].upper() == "[SENSORS]"
-            elif not inside:
-                settings.append((words[0], " ".join(words[1:])))
-            elif words[0] in KINDS:
+            elif inside and words[0] in KINDS:
                 modules.append(_module(KINDS[words[0]], words[1:], number))
-            else:
+            elif inside:
                 unknown[words[0]] += 1
         if not modules:
             remedy = f"Modules of these kinds can be read: {', '.join(KINDS)}"
@@ -153,7 +148,7 @@ def read_icub_layout(path: str | Path) -> IcubLayout:
         Finding("unknown-sensor-kind", path.name, f"left out: the positions of the pads of {kind} are unknown", count)
         for kind, count in sorted(unknown.items())
     ]
-    return IcubLayout(path.stem, _first_of_each_number(modules, path.name, findings), tuple(settings), tuple(findings))
+    return IcubLayout(path.stem, _first_of_each_number(modules, path.name, findings), tuple(findings))
 
 
 def flat_taxels(layout: IcubLayout) -> TaxelSet:

@@ -8,13 +8,12 @@ proposed with their evidence, and the user decides.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from tactile_maps.core.arrays import ArrayFields, BoolArray, FloatArray, IntArray
+from tactile_maps.core.arrays import ArrayFields, FloatArray, IntArray
 from tactile_maps.core.errors import Finding, SkinError
 from tactile_maps.skin.formats.icub.layout import IcubLayout, LayoutModule
 from tactile_maps.skin.formats.icub.positions import ROWS_PER_MODULE
@@ -27,7 +26,6 @@ TORN_RATIO = 2.0
 RESTARTS = 300
 _STATES = 6
 _CHANGE_COST = 0.05  # cost of any change, so that changes without evidence are not proposed
-_CLEAR_MARGIN = 0.2  # difference of cost that makes a solution clear: two pairs of neighbours 10 % longer each
 _MAX_ROUNDS = 100
 
 
@@ -42,7 +40,6 @@ class OrientationProposal(ArrayFields):
         torn_after: Number of torn pairs with the proposal.
         pairs: Number of pairs of neighbours in different modules.
         contacts: (m,) number of modules that each one touches; a module without contacts stays as drawn.
-        determined: (m,) whether no solution of similar cost has the module in another state.
     """
 
     modules: IntArray
@@ -51,7 +48,6 @@ class OrientationProposal(ArrayFields):
     torn_after: int
     pairs: int
     contacts: IntArray
-    determined: BoolArray
 
     @property
     def turned(self) -> dict[int, int]:
@@ -78,10 +74,9 @@ class OrientationProposal(ArrayFields):
         )
         return Finding("modules-misplaced", where, action, len(self.mirrored) + len(self.turned))
 
-    def apply(self, layout: IcubLayout, *, modules: Sequence[int] | None = None) -> IcubLayout:
-        """Return ``layout`` with the proposed states of the module numbers ``modules``; None for all."""
-        proposed = dict(zip(self.modules.tolist(), self.states.tolist(), strict=True))
-        states = proposed if modules is None else {number: proposed.get(number, 0) for number in modules}
+    def apply(self, layout: IcubLayout) -> IcubLayout:
+        """Return ``layout`` with the proposed states."""
+        states = dict(zip(self.modules.tolist(), self.states.tolist(), strict=True))
         return replace(layout, modules=tuple(reoriented(m, states.get(m.number, 0)) for m in layout.modules))
 
 
@@ -102,19 +97,16 @@ def reoriented(module: LayoutModule, state: int) -> LayoutModule:
     return replace(module, angle=module.angle + turn, mirrored=module.mirrored ^ (state >= 3))
 
 
-def propose_orientations(
-    taxels: TaxelSet, layout: IcubLayout, *, restarts: int = RESTARTS, seed: int = 0
-) -> OrientationProposal:
+def propose_orientations(taxels: TaxelSet, layout: IcubLayout, *, seed: int = 0) -> OrientationProposal:
     """Return the states of the modules of ``layout`` for which neighbours on the body are neighbours on the map.
 
     Minimises the sum of ``|log(map length / true length)|`` over all pairs of neighbours in two modules, by coordinate
-    descent from the layout, from all modules in the same state, and from ``restarts`` random starts. Only triangular
+    descent from the layout, from all modules in the same state, and from ``RESTARTS`` random starts. Only triangular
     modules are considered; without any, nothing is proposed.
 
     Args:
         taxels: Taxels with the numbers of the robot; only their positions are used.
         layout: Layout of the same patch.
-        restarts: Number of random starts.
         seed: Seed of the random starts.
 
     Raises:
@@ -125,7 +117,7 @@ def propose_orientations(
     modules = [m for m in layout.modules if m.kind.triangular and layout.starts[m.number] == ROWS_PER_MODULE * m.number]
     if not modules:
         nothing = np.zeros(0, dtype=np.int64)
-        return OrientationProposal(nothing, nothing, 0, 0, 0, nothing, nothing > 0)
+        return OrientationProposal(nothing, nothing, 0, 0, 0, nothing)
     numbers = np.array([module.number for module in modules])
     pairs = _near_pairs(taxels, numbers)
     drawn = np.stack([[reoriented(module, s).points for s in range(_STATES)] for module in modules])
@@ -136,15 +128,13 @@ def propose_orientations(
     touching = np.stack(np.divmod(keys, len(numbers)), axis=1)
     contacts = np.bincount(touching.ravel(), minlength=len(numbers))
     if not torn:
-        return OrientationProposal(numbers, as_drawn, 0, 0, len(pairs.lengths), contacts, contacts > 0)
+        return OrientationProposal(numbers, as_drawn, 0, 0, len(pairs.lengths), contacts)
     costs = np.zeros((len(keys), _STATES, _STATES))
     np.add.at(costs, contact.ravel(), np.abs(np.log(ratios)))
-    ends, totals = _coordinate_descent(costs, touching, _initial_states(len(numbers), restarts, seed))
+    ends, totals = _coordinate_descent(costs, touching, _initial_states(len(numbers), seed))
     best = ends[totals.argmin()]
-    alternatives = ends[totals <= totals.min() + _CLEAR_MARGIN]
-    determined = (alternatives == best).all(axis=0) & _clearly_best(costs, touching, best)
     after = _count_torn(pairs, ratios, best)
-    return OrientationProposal(numbers, best, torn, after, len(pairs.lengths), contacts, determined)
+    return OrientationProposal(numbers, best, torn, after, len(pairs.lengths), contacts)
 
 
 def _near_pairs(taxels: TaxelSet, numbers: IntArray) -> _Pairs:
@@ -177,10 +167,10 @@ def _count_torn(pairs: _Pairs, ratios: FloatArray, states: IntArray) -> int:
     return int((ratios[np.arange(len(ratios)), first, second] > TORN_RATIO).sum())
 
 
-def _initial_states(count: int, restarts: int, seed: int) -> IntArray:
+def _initial_states(count: int, seed: int) -> IntArray:
     """Return (r, count) initial states: all modules in the same state, and random ones."""
     alike = np.repeat(np.arange(_STATES)[:, None], count, axis=1)
-    return np.concatenate([alike, np.random.default_rng(seed).integers(_STATES, size=(restarts, count))])
+    return np.concatenate([alike, np.random.default_rng(seed).integers(_STATES, size=(RESTARTS, count))])
 
 
 def _coordinate_descent(costs: FloatArray, touching: IntArray, states: IntArray) -> tuple[IntArray, FloatArray]:
@@ -209,11 +199,3 @@ def _scores(costs: FloatArray, touching: IntArray, states: IntArray, module: int
     as_first, as_second = (np.flatnonzero(touching[:, k] == module) for k in range(2))
     others = states[:, touching[as_first, 1]], states[:, touching[as_second, 0]]
     return costs[as_first, :, others[0]].sum(axis=1) + costs[as_second, others[1], :].sum(axis=1)
-
-
-def _clearly_best(costs: FloatArray, touching: IntArray, states: IntArray) -> BoolArray:
-    """Return (m,) whether every other state of a module than that in ``states`` (m,) costs clearly more."""
-    scores = np.concatenate([_scores(costs, touching, states[None], module) for module in range(len(states))])
-    own = np.arange(_STATES) == states[:, None]
-    chosen = scores[own]
-    return np.asarray(np.where(own, np.inf, scores).min(axis=1) > chosen + _CLEAR_MARGIN)
