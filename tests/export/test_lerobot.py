@@ -120,7 +120,8 @@ def test_gap_starts_another_episode(damaged, tmp_path):
 
 def test_tasks_are_indexed_by_their_text(folder, player):
     table = parquet.read_table(folder / "meta/tasks.parquet")
-    assert json.loads(table.schema.metadata[b"pandas"])["index_columns"] == ["task"]
+    index = json.loads(table.schema.metadata[b"pandas"])
+    assert (index["index_columns"], index["column_indexes"]) == (["task"], [])
     assert table.to_pydict() == {"task_index": [0], "task": [player.prepared.scene.name]}
 
 

@@ -60,7 +60,7 @@ def test_recorded_check_gives_numbers_and_a_self_contained_page(skin, tmp_path, 
     assert found["swapped"] == ["id 113, module 10, channel 10 with id 115, module 13, channel 8"]
     page = report.read_text(encoding="utf8")
     assert not re.search(r"<script|<link|https?://|src=", page)
-    for text in ("a &lt;b&gt;.csv", "module 11", "1 dead, 2 swapped", skin, "counts", "<svg"):
+    for text in ("a &lt;b&gt;.csv", "module 11", "1 dead, 2 swapped", "as requested", skin, "counts", "<svg"):
         assert text in page
     circles = np.array(re.findall(r'<circle cx="([\d.]+)" cy="([\d.]+)"', page), dtype=float)
     assert len(circles) == len(SKIN)

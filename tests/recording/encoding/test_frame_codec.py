@@ -298,8 +298,11 @@ def test_estimates_read_back(estimator, prepared):
             assert np.array_equal(getattr(again.estimates[number], field.name), getattr(one, field.name)), field.name
 
 
-def test_schema_matches_the_encoded_bytes():
+def test_schema_matches_the_encoded_bytes(touched):
     schema = json.loads(FRAME_LAYOUT)
+    header = np.dtype([(name, f"<{kind}") for name, kind in schema["header"].items()])
+    (sizes,) = np.frombuffer(encode_frame(touched), header, count=1, offset=PREFIX_BYTES)
+    assert [sizes[name] for name in ("tick", "taxels", "regions")] == [100, len(touched.pressures), 1]
     assert FRAME_LAYOUT.encode() in FRAME_SCHEMA, "it is in the file"
     assert set(schema["arrays"]) >= {"posture", "pressures", "command.torque", "objects"}
     assert "link_axes: float64[2, 3]" in schema["region"]

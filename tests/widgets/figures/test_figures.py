@@ -27,6 +27,7 @@ from tests.widgets.support.window_driver import press_map, run
 
 LEFT = Qt.MouseButton.LeftButton
 SMALL = FigureSpec(80.0, 60.0, 96, FigureColours.PAPER)
+WIDE = FigureSpec(160.0, 60.0, 96, FigureColours.PAPER)
 pytestmark = pytest.mark.qt_log_ignore("This plugin does not support")
 
 
@@ -77,17 +78,21 @@ def test_map_and_plots_are_vectors_of_the_given_size_and_the_window_is_unchanged
     before = window.plots.grab().toImage()
     camera = window.map_view.camera
     figure = window.presenters.figure
-    for part in (FigurePart.MAP, FigurePart.PLOTS):
-        figure.save(part, tmp_path / f"{part.value}.svg", SMALL)
+    for part, spec in ((FigurePart.MAP, SMALL), (FigurePart.PLOTS, WIDE)):
+        figure.save(part, tmp_path / f"{part.value}.svg", spec)
         text = (tmp_path / f"{part.value}.svg").read_text()
-        assert 'width="80mm" height="60mm"' in text
+        assert f'width="{spec.width:g}mm" height="60mm"' in text
         assert text.count("<path") + text.count("<polyline") > 20
     drawn = (tmp_path / "map.svg").read_text()
     assert all(word in drawn for word in ("forearm", "Pressure (kPa)", "\u202fmm<"))
     touch = [Image.open(BytesIO(b64decode(data))) for data in re.findall(r"data:image/png;base64,([^\"]*)", drawn)]
     assert touch
     assert all(np.asarray(picture.convert("RGBA"))[..., 3].any() for picture in touch)
-    assert "image" not in re.sub(r"image-rendering", "", (tmp_path / "plots.svg").read_text())
+    plots = (tmp_path / "plots.svg").read_text()
+    assert "image" not in re.sub(r"image-rendering", "", plots)
+    half = WIDE.units[0] / 2
+    places = [box.center().x() for box in text_boxes(plots).values()]
+    assert 0 < min(places) < half < max(places) < 2 * half, "side by side"
     figure.save(FigurePart.PLOTS, tmp_path / "plots.pdf", SMALL)
     page = (tmp_path / "plots.pdf").read_bytes()
     assert b"/Type /Font" in page, "text can be searched and restyled"

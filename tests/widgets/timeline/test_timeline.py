@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
-from PySide6.QtCore import QPoint, Qt
+from PySide6.QtCore import QBuffer, QPoint, Qt
+from PySide6.QtSvg import QSvgGenerator
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QComboBox, QLabel, QPushButton, QVBoxLayout, QWidget
 
@@ -90,6 +93,15 @@ def test_tab_passes_over_the_timeline_while_a_recording_is_made(qtbot):
 def test_timeline_shows_a_recording(replay):
     assert replay.findChild(ScrubBar).isVisible()
     assert "0:00.0 / 0:10.0" in words(replay)
+
+
+def test_bar_labels_only_times_of_the_recording(timeline, qapp):
+    timeline.set_recording(100.0, [], frame_seconds=0.1)
+    drawing = QSvgGenerator()
+    drawing.setOutputDevice(buffer := QBuffer())
+    timeline.findChild(ScrubBar).render(drawing)
+    labels = re.findall(r">(\d:\d\d)</text>", buffer.data().toStdString())
+    assert labels == ["0:00", "0:30", "1:00", "1:30"]
 
 
 def test_mouse_drag_on_the_bar_scrubs(replay, heard):

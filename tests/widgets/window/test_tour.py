@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import pytest
 from PySide6.QtCore import QPoint, Qt
+from PySide6.QtGui import QColor
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QPushButton
 
+from tactile_widgets.common.colours import mixed
 from tactile_widgets.common.mode import Mode
 from tests.widgets.support.window_driver import press_map, run, visible_skin
 
@@ -82,6 +84,7 @@ def test_tour_blocks_nothing_and_escape_ends_it(window, tour):
     assert window.live.mode is Mode.PAUSED
     QTest.mouseClick(tour.card.skip, LEFT)
     assert tour.step == 1
+    assert tour.card.grab().toImage().pixelColor(12, 12) == QColor(mixed(window.theme.panel, window.theme.accent, 0.10))
     QTest.keyClick(window.map_view, Qt.Key.Key_Escape)
     assert tour.step is None
     assert tour.card.isHidden()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
@@ -37,6 +38,9 @@ def begin(window, folder, monkeypatch):
     QApplication.processEvents()
     dialog = film.dialog
     assert "pictures" in dialog.note.text()
+    sizes = [dialog.size_px.itemData(row) for row in range(dialog.size_px.count())]
+    assert sizes
+    assert not np.any(np.array(sizes) % 2), "as H.264 requires"
     dialog.rate.setValue(10)
     dialog.part.last.setValue(0.1)
     assert dialog.note.text().startswith("2 pictures")

@@ -12,6 +12,7 @@ from tactile_maps.core.assets import asset
 from tactile_maps.studies.catalogue import STUDY_NAMES, load_study
 from tactile_maps.studies.running.study_table import read_study_table
 from tactile_widgets.common.colours import LIGHT
+from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.dialogs.study_dialog import StudyDialog
 from tactile_widgets.presenters.files.study_presenter import no_replay
 
@@ -62,7 +63,7 @@ def test_chart_names_the_median_and_missing_columns(window_again):
     dialog.close()
 
 
-def test_findings_are_listed_and_a_broken_table_is_reported(window_again, tmp_path):
+def test_findings_are_listed_and_a_broken_table_is_reported(window_again, tmp_path, monkeypatch):
     menu = QMenu()
     window_again.presenters.studies.list_findings(menu)
     assert len(menu.actions()) == len(list(asset("findings").glob("*.csv")))
@@ -70,7 +71,8 @@ def test_findings_are_listed_and_a_broken_table_is_reported(window_again, tmp_pa
     shown(window_again).close()
     menu.deleteLater()
     (tmp_path / "mine.csv").write_text("level,seed\n1\n", encoding="utf8")
-    window_again.presenters.files.open_path(str(tmp_path / "mine.csv"))
+    monkeypatch.setattr(FileDialog, "open_file", lambda *_args: str(tmp_path / "mine.csv"))
+    window_again.action("open_study").trigger()
     assert "line 2 is incomplete" in window_again.notification_bar.text
 
 

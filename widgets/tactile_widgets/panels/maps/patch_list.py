@@ -221,8 +221,8 @@ class PatchModel(SequenceModel):
 
     def _arrange(self) -> None:
         document = self.document
-        order = () if document is None else document.order
-        self.show_items(tuple(k for k in order if document and self._filter in _search_text(document, k)))
+        shown = () if document is None else (k for k in document.order if self._filter in _search_text(document, k))
+        self.show_items(tuple(shown))
 
 
 def reordered(document: MapDocument, numbers: tuple[int, ...], to: int) -> MapDocument:

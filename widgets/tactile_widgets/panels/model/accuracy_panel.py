@@ -197,7 +197,7 @@ class AccuracyPanel(Panel):
         self._results: dict[str, _Measured] = {}
         self._running: tuple[str, _Measured] | None = None
         self._error = ""
-        self._executor: Executor | None = None
+        self._executor: Executor
         self._editable = True
         self._window: _DetachedWindow | None = None
         self.board = make(
@@ -225,7 +225,7 @@ class AccuracyPanel(Panel):
         self._show()
 
     def measure_with(self, executor: Executor) -> None:
-        """Set the executor of measurements; without one nothing can be measured."""
+        """Set the executor of measurements, before anything is shown."""
         self._executor = executor
         self._show()
 
@@ -273,11 +273,11 @@ class AccuracyPanel(Panel):
     @property
     def busy(self) -> bool:
         """Whether something is being measured."""
-        return self._executor is not None and self._executor.busy
+        return self._executor.busy
 
     def _subject(self) -> Subject | None:
         """Return the selected patches, or all, as subject of a measurement."""
-        if self._document is None or self._executor is None or not self._editable:
+        if self._document is None or not self._editable:
             return None
         return self._now(self._document, self._selected or tuple(range(len(self._document.patches))))
 
@@ -342,13 +342,12 @@ class AccuracyPanel(Panel):
             self._measure(job, _BUDGET, _Measured(subject, ""))
 
     def _measure(self, job: Job[Any], name: str, measured: _Measured) -> None:
-        if self._executor is not None:
-            self._executor.close()
-            self._running = (name, measured)
-            self._on_progressed("starting", 0.0)
-            self._executor.start(
-                job, self._on_finished, self._on_failed, progressed=self._on_progressed, received=self._on_tried
-            )
+        self._executor.close()
+        self._running = (name, measured)
+        self._on_progressed("starting", 0.0)
+        self._executor.start(
+            job, self._on_finished, self._on_failed, progressed=self._on_progressed, received=self._on_tried
+        )
 
     def _on_budget_applied(self, settings: tuple[Setting, ...]) -> None:
         for setting in settings:
@@ -389,8 +388,7 @@ class AccuracyPanel(Panel):
 
     def _stop(self) -> None:
         self._running = None
-        if self._executor is not None:
-            self._executor.close()
+        self._executor.close()
 
     def _on_enlarge_requested(self) -> None:
         if self._window is not None:

@@ -67,7 +67,7 @@ class LiveInputPanel(ConnectedPanel):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__("Live input", "live-input-panel", _REFRESH_MS, parent)
-        self._selection: TaxelSelection | None = None
+        self._selection: TaxelSelection
         self._error = ""
         self._weight_error = ""
         self.weight: KnownWeightDialog | None = None
@@ -118,7 +118,7 @@ class LiveInputPanel(ConnectedPanel):
 
     def _on_selection_changed(self) -> None:
         if self.weight is not None:
-            self.weight.show_selected(0 if self._selection is None else len(self._selection.taxels))
+            self.weight.show_selected(len(self._selection.taxels))
 
     def set_theme(self, theme: Theme) -> None:
         self.distribution.set_theme(theme)
@@ -198,7 +198,7 @@ class LiveInputPanel(ConnectedPanel):
         self.weight.show()
 
     def _on_measure_requested(self, mass: float, seconds: float) -> None:
-        chosen = None if self._selection is None or not len(self._selection.taxels) else self._selection.taxels
+        chosen = self._selection.taxels if len(self._selection.taxels) else None
         self._weigh(lambda live: live.begin_weighing(mass, seconds, chosen))
 
     def _on_negative_requested(self) -> None:

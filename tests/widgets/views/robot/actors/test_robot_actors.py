@@ -93,6 +93,14 @@ def test_arrow_length_shows_the_force(scene, pressed):
     assert np.linalg.norm(arrow[0] - arrow[1]) == pytest.approx(0.012 * region.force)
 
 
+def test_finger_is_a_ball_on_the_skin(scene, pressed):
+    scene.show_frame(pressed)
+    (poke,) = pressed.pokes
+    (ball,) = (actor for actor in scene._marks._balls if actor.visibility)
+    middle = np.mean(np.reshape(ball.bounds, (3, 2)), axis=1)
+    assert middle == pytest.approx(poke.world_position + poke.radius * poke.world_normal, abs=1e-6)
+
+
 def test_showing_frames_creates_no_actors(plotter, scene, pressed, prepared):
     names = list(plotter.actors)
     for _ in range(3):
