@@ -23,6 +23,7 @@ from tactile_maps.core.errors import (
     describe_unexpected_error,
     did_you_mean,
     errors_in_file,
+    names_text,
     packages_of,
     places_finding,
     write_crash_log,
@@ -189,3 +190,8 @@ def test_remedy_names_only_a_word_of_similar_spelling(word, known, remedy):
 )
 def test_noun_is_in_the_plural_unless_there_is_one(number, noun, text):
     assert counted(number, noun) == text
+
+
+@pytest.mark.parametrize(("count", "end"), [(8, "n7"), (9, "n7 and 1 more")])
+def test_long_lists_are_shortened(count, end):
+    assert names_text([f"n{number}" for number in range(count)]).endswith(end)

@@ -51,7 +51,6 @@ EXAMPLES: Mapping[str, str] = {
 _UNITS = {"s": 1.0, "min": 60.0, "h": 3600.0}
 _THEMES = ("dark", "light")
 _RECORDING = "FILE.mcap"
-_REPORT = {"metavar": "FILE.html", "help": "also write the result as a page to read, print or send"}
 Value = TypeVar("Value")
 
 
@@ -174,8 +173,6 @@ def _add_listen(command: _Add) -> None:
     _output(listen, metavar=_RECORDING, help="record to this file")
     _overwrite(listen, "replace existing files")
     add("--for", dest="seconds", type=_positive, metavar="SECONDS", help="duration (default: until Ctrl-C)")
-    add("--speed", type=_positive, metavar="X", help="play a file X times as fast (default: as fast as possible)")
-    add("--ids", metavar="FILE.csv", help="taxel of each id in the packets, if different from the skin")
     add("--calibration", metavar="FILE", help="gain and offset of each taxel (.csv, .toml)")
     add("--inverted", action="store_true", help="the values fall under pressure: use a negative gain")
     add("--mode", choices=("raw", "baseline", "kPa"), help="values from which contacts are read (default: best known)")
@@ -196,10 +193,8 @@ def _add_listen(command: _Add) -> None:
     speed = "with --send: speed limit of every joint (default 0.2); those of the robot's model apply as well"
     add("--max-speed", type=float, metavar="RAD/S", help=speed)
     add("--max-force", type=float, metavar="N", help="with --send: a stronger contact ends sending (default 15)")
-    add("--mapping", metavar="FILE.toml", help="topics and fields of ROS 2 messages")
-    add("--token", help="token required in every packet; udp: and zmq: need one with --send or --remote")
-    add("--token-file", metavar="FILE", help="file with the token; unlike a command line, a file can be private")
-    add("--remote", action="store_true", help="receive from other machines, which needs a token, and send to them")
+    needed = "token required in every packet; udp: and zmq: need one with --send or --remote"
+    _source_options(listen, needed, "receive from other machines, which needs a token, and send to them")
     _json(listen)
 
 
@@ -210,19 +205,13 @@ def _add_check(command: _Add) -> None:
     _scene_options(check)
     order = "modules in the requested order (default of a live skin), or any touches of a file (its default)"
     add("--order", choices=("asked", "any"), help=order)
-    _output(check, "--report", **_REPORT)
-    _overwrite(check)
+    _report(check)
     add("--rest", type=_positive, metavar="SECONDS", help="time without touch at the start (default 2)")
     add("--patience", type=_positive, metavar="SECONDS", help="leave a module that is not felt after this time (20)")
     add("--pause", type=_positive, metavar="SECONDS", help="leave a module felt in part after this time (2)")
     level = "smallest change that counts as felt, in the unit of the readings (default 1; six deviations of the noise)"
     add("--threshold", type=_threshold, metavar="VALUE", help=level)
-    add("--speed", type=_positive, metavar="X", help="play a file X times as fast (default: as fast as possible)")
-    add("--ids", metavar="FILE.csv", help="taxel of each id in the packets, if different from the skin")
-    add("--mapping", metavar="FILE.toml", help="topics and fields of ROS 2 messages")
-    add("--token", help="token required in every packet")
-    add("--token-file", metavar="FILE", help="file with the token; unlike a command line, a file can be private")
-    add("--remote", action="store_true", help="receive from other machines, which needs a token")
+    _source_options(check, "token required in every packet", "receive from other machines, which needs a token")
     _json(check)
 
 
@@ -335,8 +324,7 @@ def _add_inspect(command: _Add) -> None:
     add(
         "--mapping", action="store_true", help="print a template that names the fields of a JSON, YAML or CSV of taxels"
     )
-    _output(inspect, "--report", **_REPORT)
-    _overwrite(inspect)
+    _report(inspect)
     add("--plugins", action="store_true", help="list the installed plug-ins instead")
     _robot_options(inspect)
     _json(inspect)
@@ -349,8 +337,7 @@ def _add_weigh(command: _Add) -> None:
     _robot_options(weigh)
     add("--mass", type=_positive, default=0.1, metavar="KG", help="mass of the weight (default 0.1)")
     add("--model", metavar="NAME", help="contact model (default: the scene's)")
-    _output(weigh, "--report", **_REPORT)
-    _overwrite(weigh)
+    _report(weigh)
     _json(weigh)
 
 
@@ -362,10 +349,9 @@ def _add_calibrate(command: _Add) -> None:
     _scene_options(calibrate)
     _output(calibrate, metavar="FILE.csv", help="write the calibration, for listen --calibration and File > Connect")
     add("--changes", action="store_true", help="readings are changes from the untouched skin: no row at load 0 needed")
-    add("--folds", type=_count, default=5, metavar="N", help="parts of the cross-validation, 2 to 20 (default 5)")
+    add("--folds", type=_folds, default=5, metavar="N", help="parts of the cross-validation, 2 to 20 (default 5)")
     add("--seed", type=_seed, default=0)
-    _output(calibrate, "--report", **_REPORT)
-    _overwrite(calibrate)
+    _report(calibrate)
     _json(calibrate)
 
 
@@ -388,8 +374,7 @@ def _add_place(command: _Add) -> None:
     add("--changes", action="store_true", help=changes)
     add("--seed", type=_seed, default=0)
     _output(place, metavar="FILE", help="write the taxels at their new places: .csv, .txt, .npz, .json")
-    _output(place, "--report", **_REPORT)
-    _overwrite(place)
+    _report(place)
     _json(place)
 
 
@@ -543,6 +528,12 @@ def _output(parser: argparse.ArgumentParser, *names: str, folder: str = "", **op
     parser.set_defaults(outputs=(*(parser.get_default("outputs") or ()), (action.dest, folder, suffix)))
 
 
+def _report(parser: argparse.ArgumentParser) -> None:
+    text = "also write the result as a page to read, print or send"
+    _output(parser, "--report", metavar="FILE.html", help=text)
+    _overwrite(parser)
+
+
 def _overwrite(parser: argparse.ArgumentParser, text: str = "replace an existing file") -> None:
     parser.add_argument("--overwrite", action="store_true", help=text)
 
@@ -559,6 +550,17 @@ def _workers(parser: argparse.ArgumentParser, jobs: str) -> None:
     group.add_argument("--jobs", type=_integer, default=1, metavar="N", help=jobs)
     cluster = "use the workers of this Dask scheduler instead, for example tcp://host:8786"
     group.add_argument("--cluster", metavar="ADDRESS", help=cluster)
+
+
+def _source_options(parser: argparse.ArgumentParser, token: str, remote: str) -> None:
+    """Add the options of a source of readings, which ``tactile_maps.cli.shared.source_options`` reads."""
+    add = parser.add_argument
+    add("--speed", type=_positive, metavar="X", help="play a file X times as fast (default: as fast as possible)")
+    add("--ids", metavar="FILE.csv", help="taxel of each id in the packets, if different from the skin")
+    add("--mapping", metavar="FILE.toml", help="topics and fields of ROS 2 messages")
+    add("--token", help=token)
+    add("--token-file", metavar="FILE", help="file with the token; unlike a command line, a file can be private")
+    add("--remote", action="store_true", help=remote)
 
 
 def _scene_options(parser: argparse.ArgumentParser) -> None:
@@ -657,6 +659,7 @@ def _between(low: int, high: int) -> Callable[[int], bool]:
 _integer = _parsed("a whole number below 2^63", _whole, _between(-(2**63), 2**63))
 _seed = _parsed("a whole number from 0 up, below 2^63", _whole, _between(0, 2**63))
 _count = _parsed("a whole number above 0, below 2^63", _whole, _between(1, 2**63))
+_folds = _parsed("2 to 20", _whole, _between(2, 21))
 _port = _parsed("0 to 65535", _whole, _between(0, 65536))
 _positive = _parsed("above 0 and below a million", float, lambda value: 0 < value < 1e6)
 _not_negative = _parsed("0 or more and below a million", float, lambda value: 0 <= value < 1e6)

@@ -262,6 +262,12 @@ def counted(number: int, noun: str) -> str:
     return f"{number} {noun}s"
 
 
+def names_text(names: Sequence[str], most: int = 8, *, separator: str = ", ") -> str:
+    """Return names as a list in words, at most ``most`` of them written out."""
+    more = len(names) - most
+    return separator.join(names[:most]) + (f" and {more} more" if more > 0 else "")
+
+
 def places_finding(
     kind: str, places: Sequence[str], action: str, *, count: int | None = None, separator: str = ", "
 ) -> list[Finding]:

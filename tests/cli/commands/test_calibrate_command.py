@@ -66,4 +66,4 @@ def test_log_without_zero_load_names_the_option(log, skin, tmp_path, capsys):
     assert main(["calibrate", str(path), "--skin", skin]) == 1
     assert f"{path}: no reading at zero load" in capsys.readouterr().err
     assert main(["calibrate", log, "--skin", skin, "--folds", "1"]) == 2
-    assert "--folds: the number of folds is out of range" in capsys.readouterr().err
+    assert "--folds: must be 2 to 20: 1" in capsys.readouterr().err

@@ -103,7 +103,7 @@ def test_calibrate_writes_matrices_of_a_file_of_force_vectors(skin, tmp_path, ca
     said = capsys.readouterr()
     assert "Matrices" in said.out
     assert "of held-out rows" in said.out
-    assert "get the common matrix" in said.err
+    assert "with the common matrix" in said.err
     np.testing.assert_allclose(load_calibration(output, skin).matrix[8], matrices[8], rtol=1e-9)
     page = tmp_path / "report.html"
     assert main([*arguments[:-2], "--report", str(page), "--json"]) == 0

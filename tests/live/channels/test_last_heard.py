@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
-from tactile_maps.live.channels.last_heard import FROZEN_FACTOR, FROZEN_SECONDS, LEARN_SECONDS, LastHeard, named
+from tactile_maps.live.channels.last_heard import FROZEN_FACTOR, FROZEN_SECONDS, LEARN_SECONDS, LastHeard
 from tactile_maps.skin.model.skin import Skin, TaxelIdentity
 from tests.support.touch import bar_skin
 
@@ -96,8 +95,3 @@ def test_names_combine_whole_modules_and_single_taxels():
     chosen = np.zeros(60, dtype=bool)
     chosen[10:20] = chosen[33] = True
     assert heard.taxel_names(chosen) == ["module 101", "module 103, channel 3"]
-
-
-@pytest.mark.parametrize(("count", "end"), [(8, "n7"), (9, "n7 and 1 more")])
-def test_long_lists_are_shortened(count, end):
-    assert named([f"n{number}" for number in range(count)]).endswith(end)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from tactile_maps.cli.shared.output import print_fields, print_json
+from tactile_maps.cli.shared.output import print_result
 from tactile_maps.core.errors import UsageError
 from tactile_maps.core.files import FOLDER_VARIABLE
 from tactile_maps.session.prepared_cache import MOST_BYTES, cache_content, clear_cache
@@ -16,11 +16,14 @@ def execute(arguments: argparse.Namespace) -> int:
     if content.folder is None:
         problem = "the cache is switched off"
         raise UsageError(problem, place=FOLDER_VARIABLE, value="off", remedy="Unset it, or set it to a folder")
-    if arguments.json:
-        facts = {"folder": str(content.folder), "scenes": content.entries, "bytes": content.size}
-        print_json(facts | {"cleared": arguments.clear})
-    else:
-        limit = "" if arguments.clear else f" of {MOST_BYTES / 1e6:.0f} MB"
-        number = "Removed" if arguments.clear else "Prepared scenes"
-        print_fields({"Folder": content.folder, number: content.entries, "Size": f"{content.size / 1e6:.1f} MB{limit}"})
+    result = {
+        "folder": str(content.folder),
+        "scenes": content.entries,
+        "bytes": content.size,
+        "cleared": arguments.clear,
+    }
+    limit = "" if arguments.clear else f" of {MOST_BYTES / 1e6:.0f} MB"
+    number = "Removed" if arguments.clear else "Prepared scenes"
+    rows = {"Folder": content.folder, number: content.entries, "Size": f"{content.size / 1e6:.1f} MB{limit}"}
+    print_result(result, rows, as_json=arguments.json)
     return 0

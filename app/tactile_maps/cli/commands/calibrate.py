@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import argparse
 from collections import Counter
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from tactile_maps.cli.shared.output import print_fields, print_json, print_warning, progress_line
+from tactile_maps.cli.shared.output import print_result, print_warning, progress_line
 from tactile_maps.cli.shared.scenes import scene_from_arguments
 from tactile_maps.core.arrays import IntArray
-from tactile_maps.core.errors import LiveError, UsageError, counted
-from tactile_maps.core.progress import part_of_progress
-from tactile_maps.live.calibration.calibration import save_calibration
+from tactile_maps.core.errors import LiveError, counted, names_text
+from tactile_maps.core.progress import Progress, part_of_progress
+from tactile_maps.live.calibration.calibration import Calibration, save_calibration
 from tactile_maps.live.calibration.calibration_log import read_calibration_log
 from tactile_maps.live.calibration.force_calibration import ForceCalibration, fit_force
 from tactile_maps.live.calibration.force_curves import CurveKind
@@ -26,86 +26,85 @@ from tactile_maps.live.calibration.matrix_calibration import (
 from tactile_maps.session.prepare import load_robot_and_skin
 from tactile_maps.skin.model.skin import Skin
 
-_NAMED = 8
-"""Number of taxels that are named; all are counted."""
 _PARTS = ("p", "t1", "t2")
 """Channels of a taxel with three axes, and the parts of its traction."""
 _BRANCHES = 0.1
 """Gain of separate curves for rising and falling load from which hysteresis is reported as a warning."""
 
 
+class _Fitted(NamedTuple):
+    """A calibration and what is said about it.
+
+    Attributes:
+        calibration: The calibration.
+        rows: Number of rows of the log.
+        facts: Facts for a person.
+        taxels: Rows of the report, one for each taxel.
+        figures: Figures for a program.
+        warnings: Warnings.
+    """
+
+    calibration: Calibration
+    rows: int
+    facts: dict[str, str]
+    taxels: list[dict[str, Any]]
+    figures: dict[str, Any]
+    warnings: list[str]
+
+
 def execute(arguments: argparse.Namespace) -> int:
     """Fit a calibration to a log, print how good it is, and save it."""
-    if not 2 <= arguments.folds <= 20:
-        raise UsageError("the number of folds is out of range", place="--folds", value=arguments.folds)
     progress = progress_line()
     scene = scene_from_arguments(arguments)
     _, skin = load_robot_and_skin(scene, progress=part_of_progress(progress, 0.0, 0.5))
-    if has_force_vectors(arguments.input):
-        return _calibrate_matrices(arguments, skin)
-    log = read_calibration_log(arguments.input, skin)
+    fit = _fit_matrices if has_force_vectors(arguments.input) else _fit_curves
     try:
-        found = fit_force(
-            log,
-            skin,
-            folds=arguments.folds,
-            seed=arguments.seed,
-            changes=arguments.changes,
-            progress=part_of_progress(progress, 0.5, 1.0),
-        )
+        fitted = fit(arguments, skin, part_of_progress(progress, 0.5, 1.0))
     except LiveError as error:
         raise error.at(file=arguments.input) from error
     progress("", 1.0)
     if arguments.output:
-        save_calibration(found.calibration, arguments.output)
-    for warning in _warnings(found, skin):
+        save_calibration(fitted.calibration, arguments.output)
+    for warning in fitted.warnings:
         print_warning(warning)
-    facts = _facts(found, len(log.loads))
     if arguments.report:
         from tactile_maps.cli.shared.pages import write_fact_page
 
-        write_fact_page(
-            arguments.report, f"Calibration with {arguments.input}", facts, tables={"Taxels": _rows(found, skin)}
-        )
-    if arguments.json:
-        print_json({**_figures(found), "rows": len(log.loads), "file": arguments.output})
-    else:
-        print_fields(facts | ({"Written to": arguments.output} if arguments.output else {}))
+        title = f"Calibration with {arguments.input}"
+        write_fact_page(arguments.report, title, fitted.facts, tables={"Taxels": fitted.taxels})
+    result = {**fitted.figures, "rows": fitted.rows, "file": arguments.output}
+    print_result(result, {**fitted.facts, "Written to": arguments.output}, as_json=arguments.json)
     return 0
 
 
-def _calibrate_matrices(arguments: argparse.Namespace, skin: Skin) -> int:
-    """Fit matrices to a log of force vectors, print how good they are, and save them."""
+def _fit_matrices(arguments: argparse.Namespace, skin: Skin, progress: Progress) -> _Fitted:
+    """Fit matrices to a log of force vectors."""
     log = read_force_vectors(arguments.input, skin)
-    try:
-        found = fit_matrices(log, skin, folds=arguments.folds, seed=arguments.seed, changes=arguments.changes)
-    except LiveError as error:
-        raise error.at(file=arguments.input) from error
-    if arguments.output:
-        save_calibration(found.calibration, arguments.output)
-    if len(found.pooled):
-        print_warning(_too_few_rows(found.pooled, skin, "matrix"))
-    facts = _matrix_facts(found, len(log.forces))
-    if arguments.report:
-        from tactile_maps.cli.shared.pages import write_fact_page
+    found = fit_matrices(log, skin, folds=arguments.folds, seed=arguments.seed, changes=arguments.changes)
+    figures = {
+        "taxels": len(skin),
+        "error": found.error.tolist(),
+        "independent_error": found.independent_error.tolist(),
+        "unit": "N",
+        "largest": found.largest,
+        "pooled": found.pooled.tolist(),
+        "uncertainty": found.uncertainty.tolist(),
+    }
+    warnings = [_too_few_rows(found.pooled, skin, "matrix")] if len(found.pooled) else []
+    rows = len(log.forces)
+    return _Fitted(found.calibration, rows, _matrix_facts(found, rows), _matrix_rows(found, skin), figures, warnings)
 
-        write_fact_page(
-            arguments.report, f"Calibration with {arguments.input}", facts, tables={"Taxels": _matrix_rows(found, skin)}
-        )
-    if arguments.json:
-        figures = {
-            "taxels": len(skin),
-            "error": found.error.tolist(),
-            "independent_error": found.independent_error.tolist(),
-            "unit": "N",
-            "largest": found.largest,
-            "pooled": found.pooled.tolist(),
-            "uncertainty": found.uncertainty.tolist(),
-        }
-        print_json({**figures, "rows": len(log.forces), "file": arguments.output})
-    else:
-        print_fields(facts | ({"Written to": arguments.output} if arguments.output else {}))
-    return 0
+
+def _fit_curves(arguments: argparse.Namespace, skin: Skin, progress: Progress) -> _Fitted:
+    """Fit curves to a log of loads."""
+    log = read_calibration_log(arguments.input, skin)
+    found = fit_force(
+        log, skin, folds=arguments.folds, seed=arguments.seed, changes=arguments.changes, progress=progress
+    )
+    rows = len(log.loads)
+    return _Fitted(
+        found.calibration, rows, _facts(found, rows), _rows(found, skin), _figures(found), _warnings(found, skin)
+    )
 
 
 def _matrix_facts(found: MatrixCalibration, rows: int) -> dict[str, str]:
@@ -147,9 +146,7 @@ def _matrix_rows(found: MatrixCalibration, skin: Skin) -> list[dict[str, Any]]:
 
 
 def _too_few_rows(pooled: IntArray, skin: Skin, kind: str) -> str:
-    names = [str(skin.taxel_name(one)) or f"taxel {one}" for one in pooled[:_NAMED].tolist()]
-    more = len(pooled) - len(names)
-    text = ", ".join(names) + (f" and {more} more" if more else "")
+    text = names_text([skin.taxel_text(one) for one in pooled.tolist()])
     return f"too few rows of {counted(len(pooled), 'taxel')}, with the common {kind} of the others: {text}"
 
 

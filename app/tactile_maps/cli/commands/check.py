@@ -12,10 +12,17 @@ from typing import Any
 
 import numpy as np
 
-from tactile_maps.cli.shared.output import print_fields, print_json, print_warning, progress_line, write_error
+from tactile_maps.cli.shared.output import print_result, print_warning, progress_line, write_error
 from tactile_maps.cli.shared.scenes import scene_from_arguments
-from tactile_maps.cli.shared.source_options import OTHER_SKIN, blaming, connection_of, token_of, until_interrupted
-from tactile_maps.core.errors import LiveError, UsageError, counted
+from tactile_maps.cli.shared.source_options import (
+    OTHER_SKIN,
+    blaming,
+    connection_of,
+    refuse_silence,
+    token_of,
+    until_interrupted,
+)
+from tactile_maps.core.errors import UsageError, counted
 from tactile_maps.live.channels.matching import load_matching
 from tactile_maps.live.checking.report import (
     board_rows,
@@ -23,7 +30,6 @@ from tactile_maps.live.checking.report import (
     fault_counts,
     outcome_counts,
     swap_texts,
-    taxel_text,
     write_check_report,
 )
 from tactile_maps.live.checking.skin_check import CheckSettings, CheckStage, Outcome, SkinCheck
@@ -60,7 +66,7 @@ def execute(arguments: argparse.Namespace) -> int:
         _run(connection, session, check)
     finally:
         connection.close()
-    _refuse_silence(connection, session)
+    refuse_silence(connection, session.facts)
     reached = check.stage is CheckStage.DONE
     check.finish()
     if arguments.report:
@@ -69,7 +75,7 @@ def execute(arguments: argparse.Namespace) -> int:
     result = _result(check, connection, arguments.report)
     for warning in _warnings(check, session, reached=reached):
         print_warning(warning)
-    (print_json(result) if arguments.json else print_fields(_rows(result)))
+    print_result(result, _rows(result), as_json=arguments.json)
     return 0
 
 
@@ -145,25 +151,13 @@ class Keys:
         return False
 
 
-def _refuse_silence(connection: Connection, session: MeasuredSession) -> None:
-    """Raise LiveError if no reading arrived."""
-    if session.facts.readings:
-        return
-    status = connection.status
-    problem = status.problem or session.facts.problem or status.malformed
-    finite = connection.source.finite
-    remedy = "Correct the file, or choose the skin that was recorded" if finite else "Check that the sender runs"
-    text = "no reading of the file can be used" if finite else "no reading arrived"
-    raise LiveError(text, place=status.address, value=problem, remedy=remedy)
-
-
 def _result(check: SkinCheck, connection: Connection, report: str | None) -> dict[str, Any]:
     verdicts = verdicts_of(check)
     skin = check.skin
     channels = [
         {
             "taxel": taxel,
-            "name": taxel_text(skin, taxel),
+            "name": skin.taxel_text(taxel),
             "faults": [str(fault) for fault in verdicts.of(taxel)],
             "change": float(max(check.rise[taxel], check.fall[taxel])),
             "noise": float(check.noise[taxel]),

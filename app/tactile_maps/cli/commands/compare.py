@@ -86,7 +86,7 @@ def execute(arguments: argparse.Namespace) -> int:
         )
     else:
         _print_table(figures, end_texts, recorded=inputs is not None)
-        print_fields({"Written to": file, "Page": page} if file else {})
+        print_fields({"Written to": file, "Page": page})
     return 1 if ended else 0
 
 

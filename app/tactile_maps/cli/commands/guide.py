@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from tactile_maps.cli.shared.output import print_fields, print_json
+from tactile_maps.cli.shared.output import print_result
 from tactile_maps.core.assets import asset
 from tactile_maps.core.errors import UsageError, did_you_mean
 
@@ -33,8 +33,7 @@ def find_page(name: str) -> Path:
 def execute(arguments: argparse.Namespace) -> int:
     """Print the path of the page."""
     path = find_page(arguments.page)
-    if arguments.json:
-        print_json({"page": arguments.page, "file": str(path), "pages": list(page_names())})
-    else:
-        print_fields({"Page": str(path), "Others": ", ".join(name for name in page_names() if name != arguments.page)})
+    result = {"page": arguments.page, "file": str(path), "pages": list(page_names())}
+    others = ", ".join(name for name in page_names() if name != arguments.page)
+    print_result(result, {"Page": path, "Others": others}, as_json=arguments.json)
     return 0

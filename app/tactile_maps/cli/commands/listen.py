@@ -11,13 +11,20 @@ from contextlib import ExitStack, closing
 from dataclasses import replace
 from typing import Any
 
-from tactile_maps.cli.shared.output import print_fields, print_json, print_warning, progress_line, write_error
+from tactile_maps.cli.shared.output import print_result, print_warning, progress_line, write_error
 from tactile_maps.cli.shared.scenes import scene_from_arguments
-from tactile_maps.cli.shared.source_options import OTHER_SKIN, blaming, connection_of, token_of, until_interrupted
+from tactile_maps.cli.shared.source_options import (
+    OTHER_SKIN,
+    blaming,
+    connection_of,
+    refuse_silence,
+    token_of,
+    until_interrupted,
+)
 from tactile_maps.control.controller_registry import check_settings, settings_from
 from tactile_maps.control.limit_texts import limit_text
 from tactile_maps.control.motion.command import ControlSettings
-from tactile_maps.core.errors import LiveError, UsageError, counted
+from tactile_maps.core.errors import UsageError, counted, names_text
 from tactile_maps.live.calibration.calibration import ValueMode, check_mass, load_calibration, save_calibration
 from tactile_maps.live.channels.matching import load_matching
 from tactile_maps.live.channels.tare import check_tare
@@ -54,8 +61,6 @@ _PAUSE = 0.01
 """Period of checks while listening [s]."""
 _WEIGHT_SECONDS = 0.5
 """Default averaging time of ``--weight`` [s]."""
-_NAMED = 8
-"""Maximum number of unknown ids and silent channels that are listed; all are counted."""
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -128,15 +133,9 @@ def _report(
         print_warning(warning)
     if result["left_out"]:
         print_warning(f"{counted(result['left_out'], 'frame')} not recorded: the disk is too slow")
-    if facts.readings == 0:
-        problem = status.problem or facts.problem or status.malformed
-        if connection.source.finite:
-            remedy = "Correct the file, or choose the skin that was recorded"
-            raise LiveError("no reading of the file can be used", place=status.address, value=problem, remedy=remedy)
-        remedy = "Check that the sender runs and sends to this address"
-        raise LiveError("no reading arrived", place=status.address, value=problem, remedy=remedy)
+    refuse_silence(connection, facts)
     latency = None if motion is None else motion.latency.figures
-    (print_json(result) if as_json else print_fields(_rows(result, status, latency)))
+    print_result(result, _rows(result, status, latency), as_json=as_json)
 
 
 def _with_reading(scene: Scene, arguments: argparse.Namespace) -> Scene:
@@ -396,8 +395,8 @@ def _rows(result: dict[str, Any], status: ConnectionStatus, latency: LatencyFigu
         "Taxels": f"{result['taxels'] - result['unheard']} of {result['taxels']} received",
         "Values": f"{result['unit']}, shown as {result['mode']}{', tared' if result['tared'] else ''}",
         "Contacts": f"{result['contacts']}, most of the time {result['contacts_at_once']} at once, {force}",
-        **({"Motion": _motion_text(result["motion"])} if "motion" in result else {}),
-        **({"Commands": latency_text(latency)} if latency is not None else {}),
+        "Motion": _motion_text(result["motion"]) if "motion" in result else None,
+        "Commands": None if latency is None else latency_text(latency),
         "Recorded to": result["file"] or "nothing",
     }
 
@@ -416,34 +415,34 @@ def _warnings(session: MeasuredSession, facts: MeasuredFacts, status: Connection
         yield f"{counted(facts.mistimed, 'reading')} with inconsistent times; times of arrival were used"
     if facts.unknown:
         values = counted(facts.unknown_values, "value")
-        yield f"{values} of taxels that the skin does not have: {_named(list(facts.unknown))}"
+        yield f"{values} of taxels that the skin does not have: {names_text(facts.unknown)}"
     if few := few_heard(facts, len(session.prepared.skin)):
         yield f"{few}; {OTHER_SKIN}"
     if facts.ambiguous:
-        which = f"{_named(list(facts.ambiguous))}; name them link:id, or use --ids"
+        which = f"{names_text(facts.ambiguous)}; name them link:id, or use --ids"
         yield f"{counted(facts.ambiguous_values, 'value')} of ids that several taxels have: {which}"
     if facts.wrong_channels:
-        wrong = _named(list(facts.wrong_channels))
+        wrong = names_text(facts.wrong_channels)
         yield f"{counted(facts.wrong_channel_values, 'value')} with a wrong number of channels: {wrong}"
     if facts.unknown_joints:
-        yield f"joints that the robot does not have: {_named(list(facts.unknown_joints))}"
+        yield f"joints that the robot does not have: {names_text(facts.unknown_joints)}"
     if facts.silent:
         names = [silent_text(session.prepared.skin, one) for one in facts.silent]
-        yield f"{counted(len(names), 'channel')} without a change while the neighbours change: {_named(names)}"
+        yield f"{counted(len(names), 'channel')} without a change while the neighbours change: {names_text(names)}"
     if facts.swapped:
-        words = _named(list(swapped_texts(session.prepared.skin, facts.swapped)))
+        words = names_text(swapped_texts(session.prepared.skin, facts.swapped))
         yield f"{counted(len(facts.swapped), 'probable swap')} of channels: {words}"
     if facts.falling:
         change = "leave out --inverted" if facts.inverted else "add --inverted"
         yield (
-            f"neighbouring taxels fall below their baseline together ({_named(list(facts.falling_taxels))}). If the "
+            f"neighbouring taxels fall below their baseline together ({names_text(facts.falling_taxels)}). If the "
             f"values fall under pressure, {change}; if the skin was touched during the tare, repeat the tare"
         )
     if facts.touched_in_tare:
-        named = _named(list(facts.touched_in_tare))
+        named = names_text(facts.touched_in_tare)
         yield f"the skin was touched during the tare; the readings meanwhile were left out for {named}"
     if facts.held_in_tare:
-        named = _named(list(facts.held_in_tare))
+        named = names_text(facts.held_in_tare)
         yield (
             f"neighbouring taxels read far more than the others during the tare ({named}). If something touched them, "
             "contacts there are hidden: tare the skin untouched"
@@ -452,8 +451,3 @@ def _warnings(session: MeasuredSession, facts: MeasuredFacts, status: Connection
         yield f"the source failed: {status.problem}"
     if facts.taring:
         yield "the readings ended before the skin was tared"
-
-
-def _named(names: list[str]) -> str:
-    more = len(names) - _NAMED
-    return ", ".join(names[:_NAMED]) + (f" and {more} more" if more > 0 else "")

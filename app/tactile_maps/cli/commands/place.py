@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from tactile_maps.cli.shared.output import print_fields, print_json, print_warning, progress_line
+from tactile_maps.cli.shared.output import print_result, print_warning, progress_line
 from tactile_maps.cli.shared.residual_picture import residual_picture
 from tactile_maps.cli.shared.robot_options import home_of, package_roots
 from tactile_maps.core.arrays import IntArray
@@ -206,11 +206,9 @@ def _report(arguments: argparse.Namespace, placed: list[_Placed], pictures: Mapp
         ]
         title = f"Places of the taxels of {arguments.input}"
         write_fact_page(arguments.report, title, facts, tables={"Groups": rows}, charts=charts, pictures=pictures)
-    if arguments.json:
-        figures = {"before_mm": 1e3 * float(before.mean()), "after_mm": 1e3 * float(after.mean())}
-        print_json({**figures, "groups": rows, "file": arguments.output})
-    else:
-        print_fields(facts | ({"Written to": arguments.output} if arguments.output else {}))
+    figures = {"before_mm": 1e3 * float(before.mean()), "after_mm": 1e3 * float(after.mean())}
+    result = {**figures, "groups": rows, "file": arguments.output}
+    print_result(result, {**facts, "Written to": arguments.output}, as_json=arguments.json)
 
 
 def _limits(placed: list[_Placed]) -> Iterator[str]:

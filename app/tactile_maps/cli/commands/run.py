@@ -10,10 +10,10 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
 from tactile_maps.cli.shared.findings import model_notes_text, without_model_notes
-from tactile_maps.cli.shared.output import print_fields, print_json, print_warning, progress_line
+from tactile_maps.cli.shared.output import print_result, print_warning, progress_line
 from tactile_maps.cli.shared.recording_sweep import record_sweep
 from tactile_maps.cli.shared.scenes import scene_from_arguments
-from tactile_maps.core.errors import SimulationError, UsageError
+from tactile_maps.core.errors import SimulationError, UsageError, names_text
 from tactile_maps.recording.recorder import Recorder
 from tactile_maps.session.frame import Frame
 from tactile_maps.session.prepare import PreparedScene, check_stimuli, findings_of
@@ -61,28 +61,21 @@ def execute(arguments: argparse.Namespace) -> int:
     for patch in prepared.skin.patches:
         covered[patch.link] += len(patch.taxels)
     result |= {"taxels": len(prepared.skin), "links": dict(covered), "file": arguments.output, "problems": problems}
-    if arguments.json:
-        print_json(result)
-    else:
-        print_fields(
-            {
-                "Simulated": "{simulated_s:.2f} s in {wall_s:.2f} s ({real_time_factor:.1f}× real time)".format(
-                    **result
-                ),
-                "Frames": result["frames"],
-                "Taxels": _taxels_text(covered),
-                "Contacts": "{contacts}, up to {max_force_N:.2f} N".format(**result),
-                "Recorded to": arguments.output or "nothing",
-            }
-        )
+    rows = {
+        "Simulated": "{simulated_s:.2f} s in {wall_s:.2f} s ({real_time_factor:.1f}× real time)".format(**result),
+        "Frames": result["frames"],
+        "Taxels": _taxels_text(covered),
+        "Contacts": "{contacts}, up to {max_force_N:.2f} N".format(**result),
+        "Recorded to": arguments.output or "nothing",
+    }
+    print_result(result, rows, as_json=arguments.json)
     return 0
 
 
 def _taxels_text(covered: Counter[str]) -> str:
     """Number of taxels and names of the covered links, those with the most taxels first."""
-    links = [f"{link} ({count})" for link, count in covered.most_common(_LINKS_NAMED)]
-    more = len(covered) - len(links)
-    return f"{covered.total()} on {', '.join(links)}" + (f" and {more} more" if more > 0 else "") if covered else "0"
+    links = [f"{link} ({count})" for link, count in covered.most_common()]
+    return f"{covered.total()} on {names_text(links, _LINKS_NAMED)}" if covered else "0"
 
 
 def _recorder(prepared: PreparedScene, arguments: argparse.Namespace) -> Recorder:

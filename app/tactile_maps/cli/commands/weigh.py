@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from tactile_maps.cli.shared.output import print_fields, print_json, progress_line
+from tactile_maps.cli.shared.output import print_result, progress_line
 from tactile_maps.cli.shared.robot_options import package_roots
 from tactile_maps.cli.shared.scenes import with_home
 from tactile_maps.core.errors import UsageError, did_you_mean
@@ -55,7 +55,5 @@ def _print_result(arguments: argparse.Namespace, weighed: WeighingResult, good: 
         from tactile_maps.cli.shared.pages import write_fact_page
 
         write_fact_page(arguments.report, f"Known load on {arguments.input}", facts)
-    if arguments.json:
-        print_json({**vars(weighed), "mass": arguments.mass, "good": good})
-    else:
-        print_fields(facts | ({"Written to": arguments.report} if arguments.report else {}))
+    result = {**vars(weighed), "mass": arguments.mass, "good": good}
+    print_result(result, {**facts, "Written to": arguments.report}, as_json=arguments.json)

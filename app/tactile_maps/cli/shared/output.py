@@ -152,11 +152,20 @@ def print_line(text: str) -> None:
     write_output(text + "\n")
 
 
+def print_result(result: Mapping[str, Any], rows: Mapping[str, object], *, as_json: bool) -> None:
+    """Print a result as one JSON object for a program, otherwise its facts ``rows`` for a person."""
+    if as_json:
+        print_json(result)
+    else:
+        print_fields(rows)
+
+
 def print_fields(rows: Mapping[str, object]) -> None:
-    """Print aligned facts for a person."""
+    """Print aligned facts for a person, without those that are None."""
     width = max((len(name) for name in rows), default=0)
     for name, value in rows.items():
-        print_line(f"{name:<{width}}  {plain_text(value)}")
+        if value is not None:
+            print_line(f"{name:<{width}}  {plain_text(value)}")
 
 
 def plain_text(value: object) -> str:

@@ -12,7 +12,7 @@ from hashlib import blake2b
 from pathlib import Path
 from typing import Any
 
-from tactile_maps.cli.shared.output import print_fields, print_json, print_warning, progress_line
+from tactile_maps.cli.shared.output import print_result, print_warning, progress_line
 from tactile_maps.cli.shared.outputs import check_outputs_in
 from tactile_maps.cli.shared.workers import workers_from_arguments
 from tactile_maps.contacts.pipeline import reading_from
@@ -170,10 +170,13 @@ def _report(run: CaseRun, seconds: float, files: list[Path], folder: Path, argum
         print_warning(f"{folder} contains {others} recordings that are not part of this sweep")
     if failed:
         print_warning(f"{failed} variations could not be recorded: the index states the problem of each")
-    if arguments.json:
-        facts = {"files": [str(file) for file in files], "recordings": len(complete), "known": run.known}
-        print_json(facts | {"failed": failed, "seconds": seconds})
-        return
     before = f", {run.known} of them before" if run.known else ""
-    index = ", ".join(map(str, files))
-    print_fields({"Recorded": f"{len(complete)} in {seconds:.1f} s{before}", "Failed": failed, "Index": index})
+    result = {
+        "files": [str(file) for file in files],
+        "recordings": len(complete),
+        "known": run.known,
+        "failed": failed,
+        "seconds": seconds,
+    }
+    rows = {"Recorded": f"{len(complete)} in {seconds:.1f} s{before}", "Failed": failed, "Index": result["files"]}
+    print_result(result, rows, as_json=arguments.json)

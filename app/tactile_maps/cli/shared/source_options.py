@@ -12,6 +12,7 @@ from tactile_maps.cli.shared.unused_options import given_options, refuse_with_in
 from tactile_maps.core.errors import LiveError, TactileMapsError, UsageError
 from tactile_maps.core.files import read_bounded_text
 from tactile_maps.live.session.connection import Connection
+from tactile_maps.live.session.facts import MeasuredFacts
 from tactile_maps.live.sources.network import check_token, is_this_machine
 from tactile_maps.live.sources.open import SourceOptions, host_and_port, open_source, uses_option
 
@@ -44,6 +45,18 @@ def token_of(arguments: argparse.Namespace) -> str | None:
     token = read_bounded_text(Path(arguments.token_file), error=LiveError).strip()
     check_token(token)
     return token
+
+
+def refuse_silence(connection: Connection, facts: MeasuredFacts) -> None:
+    """Raise LiveError if no reading of the source could be used."""
+    if facts.readings:
+        return
+    status = connection.status
+    problem, remedy = "no reading arrived", "Check that the sender runs and sends to this address"
+    if connection.source.finite:
+        problem, remedy = "no reading of the file can be used", "Correct the file, or choose the skin that was recorded"
+    value = status.problem or facts.problem or status.malformed
+    raise LiveError(problem, place=status.address, value=value, remedy=remedy)
 
 
 @contextmanager

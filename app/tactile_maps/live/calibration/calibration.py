@@ -18,7 +18,7 @@ import numpy as np
 from tactile_maps.core.arrays import ArrayFields, FloatArray, IntArray
 from tactile_maps.core.errors import LiveError
 from tactile_maps.core.files import write_atomically
-from tactile_maps.live.channels.matching import taxel_of
+from tactile_maps.live.channels.matching import numbered_taxel, taxel_of
 from tactile_maps.live.readings.readings import Unit
 from tactile_maps.live.readings.tables import read_rows, read_toml, whole_number
 from tactile_maps.skin.model.skin import Skin
@@ -351,8 +351,8 @@ def _of_rows(
         if "points" in row:
             points[taxel] = _points(row["points"], path, f"{place}, points")
         if "matrix" in row:
-            name = str(skin.taxel_name(taxel)) or f"taxel {taxel}"
-            matrices[taxel] = _matrix(row["matrix"], path, f"{place}, matrix of {name}", axes=int(skin.axes[taxel]))
+            where = f"{place}, matrix of {skin.taxel_text(taxel)}"
+            matrices[taxel] = _matrix(row["matrix"], path, where, axes=int(skin.axes[taxel]))
     if gain is None and len(seen) < len(skin):
         found = f"{len(seen)} of {len(skin)}"
         remedy = "Name every taxel, or in TOML a gain for all others"
@@ -374,7 +374,4 @@ def _taxel(path: Path, place: str, row: Mapping[str, Any], skin: Skin) -> int:
         raise LiveError("the row names no taxel", file=path, place=place, value=number, remedy="Give its id or taxel")
     if by_id:
         return taxel_of(str(number), skin, place=place, file=path)
-    if not 0 <= number < len(skin):
-        remedy = f"Give its number (taxel), 0 to {len(skin) - 1}"
-        raise LiveError("unknown taxel", file=path, place=place, value=number, remedy=remedy)
-    return int(number)
+    return numbered_taxel(int(number), skin, place=place, file=path)

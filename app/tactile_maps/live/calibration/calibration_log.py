@@ -24,9 +24,9 @@ import numpy as np
 from tactile_maps.core.arrays import ArrayFields, FloatArray
 from tactile_maps.core.errors import LiveError
 from tactile_maps.live.calibration.calibration import GRAVITY
-from tactile_maps.live.channels.matching import TaxelMatcher, taxel_of
+from tactile_maps.live.channels.matching import TaxelMatcher, taxel_in_row
 from tactile_maps.live.readings.readings import Reading, Unit, labels_of
-from tactile_maps.live.readings.tables import decimal_number, read_cells, whole_number
+from tactile_maps.live.readings.tables import decimal_number, read_cells
 from tactile_maps.skin.model.skin import Skin
 
 _LOAD = re.compile(r"(force|load|fz|mass|weight|pressure)(?:[ _]*[\[(]?(n|mn|kg|g|pa|kpa)[\])]?)?")
@@ -144,7 +144,7 @@ class _Columns:
         if len(loads) != 1:
             problem = "several columns state the load" if loads else "no column states the load"
             raise LiveError(problem, file=path, place="header", value=", ".join(header), remedy=_COLUMNS)
-        named = "taxel" in names or "id" in names or len(places) == 3
+        named = bool(names.keys() & {"taxel", "id"}) or len(places) == 3
         if not (len(readings) == 1 and named and not taxels) and not (taxels and not readings):
             problem = "the columns do not state the reading of each taxel"
             raise LiveError(problem, file=path, place="header", value=", ".join(header), remedy=_COLUMNS)
@@ -154,7 +154,7 @@ class _Columns:
         ((load, match),) = loads
         unit = match[2] or _USUAL_UNIT[match[1]]
         place = [(at, 1e-3 if unit == "mm" else 1.0) for at, unit in (places[axis] for axis in sorted(places))]
-        if "taxel" in names or "id" in names:
+        if names.keys() & {"taxel", "id"}:
             place = []
         return cls(load, _UNITS[unit], unit.endswith("pa"), readings[0] if readings else None, taxels, names, place)
 
@@ -170,14 +170,8 @@ class _Columns:
 
     def taxel(self, cells: Sequence[str], skin: Skin, path: Path, line: int) -> int:
         """Return the taxel of a row, by its number, id or place."""
-        if "taxel" in self.names:
-            number = whole_number(cells[self.names["taxel"]], path, line, "taxel")
-            if not 0 <= number < len(skin):
-                remedy = f"Give its number (taxel), 0 to {len(skin) - 1}"
-                raise LiveError("unknown taxel", file=path, place=f"line {line}", value=number, remedy=remedy)
-            return number
-        if "id" in self.names:
-            return taxel_of(cells[self.names["id"]], skin, place=f"line {line}", file=path)
+        if self.names.keys() & {"taxel", "id"}:
+            return taxel_in_row(cells, self.names, skin, path, line)
         point = [scale * decimal_number(cells[at], path, line, "place") for at, scale in self.place]
         link = cells[self.names["link"]] if "link" in self.names else None
         try:

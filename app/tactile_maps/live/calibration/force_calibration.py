@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tactile_maps.core.arrays import ArrayFields, BoolArray, FloatArray, IntArray
-from tactile_maps.core.errors import LiveError
+from tactile_maps.core.errors import LiveError, names_text
 from tactile_maps.core.progress import Progress, no_progress
 from tactile_maps.live.calibration.calibration import Calibration, padded
 from tactile_maps.live.calibration.calibration_log import CalibrationLog
@@ -106,8 +106,6 @@ def fit_force(
 
     Cost: 15 ms for each taxel with 60 rows; 2 s for 60 taxels that share 600 forces.
     """
-    if not 2 <= folds <= 20:
-        raise LiveError("the number of folds is out of range", value=folds, remedy="Choose 2 to 20")
     if log.readings.shape[1] != len(skin):
         raise LiveError("the log is of another skin", value=f"{log.readings.shape[1]} taxels for {len(skin)}")
     loads = _felt_loads(log, skin, changes=changes)
@@ -219,7 +217,7 @@ def _untouched(log: CalibrationLog) -> tuple[FloatArray, FloatArray, FloatArray]
     there = ~np.isnan(log.readings)
     without = np.flatnonzero(there.any(axis=0) & ~there[free].any(axis=0))
     if len(without):
-        found = f"taxel {without[0]}" + (f" and {len(without) - 1} more" if len(without) > 1 else "")
+        found = f"taxel {names_text(list(map(str, without)), 1)}"
         remedy = "Log a row at load 0 for each taxel, or state that the readings are changes (--changes)"
         raise LiveError("no reading at zero load", value=found, remedy=remedy)
     offset = np.full(log.readings.shape[1], np.nan)

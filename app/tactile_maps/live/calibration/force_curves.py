@@ -15,6 +15,7 @@ import numpy as np
 from scipy.optimize import least_squares, minimize_scalar, nnls
 
 from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray
+from tactile_maps.core.errors import LiveError
 from tactile_maps.core.progress import Progress
 
 _LEAST_LEVELS = 5
@@ -74,8 +75,14 @@ class CurveFit(NamedTuple):
         return float(np.sqrt(np.mean((self.held - self.targets) ** 2)))
 
 
-def folds_of(loads: FloatArray, folds: int, random: np.random.Generator) -> IntArray:
-    """Return the fold (m,) of each row, assigned in blocks of consecutive rows between changes of the load."""
+def folds_of(loads: FloatArray | IntArray, folds: int, random: np.random.Generator) -> IntArray:
+    """Return the fold (m,) of each row, assigned in blocks of consecutive rows between changes of the load.
+
+    Raises:
+        LiveError: The number of folds is not 2 to 20.
+    """
+    if not 2 <= folds <= 20:
+        raise LiveError("the number of folds is out of range", value=folds, remedy="Choose 2 to 20")
     level = np.concatenate([[0], np.cumsum(np.diff(loads) != 0)])
     blocks = min(_BLOCKS_PER_FOLD * folds, int(level[-1]) + 1)
     block = level * blocks // (int(level[-1]) + 1)

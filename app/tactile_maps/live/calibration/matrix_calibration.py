@@ -20,8 +20,9 @@ import numpy as np
 from tactile_maps.core.arrays import ArrayFields, FloatArray, IntArray
 from tactile_maps.core.errors import LiveError
 from tactile_maps.live.calibration.calibration import Calibration
-from tactile_maps.live.channels.matching import taxel_of
-from tactile_maps.live.readings.tables import decimal_number, read_cells, whole_number
+from tactile_maps.live.calibration.force_curves import folds_of
+from tactile_maps.live.channels.matching import taxel_in_row
+from tactile_maps.live.readings.tables import decimal_number, read_cells
 from tactile_maps.skin.model.skin import Skin
 
 FORCES = ("force_n", "force_t1", "force_t2")
@@ -30,7 +31,6 @@ CHANNELS = ("p", "t1", "t2")
 """Columns of the readings."""
 LEAST_ROWS = 12
 """Least number of loaded rows from which a taxel gets a matrix of its own: four for each number of a row."""
-_BLOCKS_PER_FOLD = 4
 _NO_FORCE = 0.01
 """Forces below this share of the largest one count as none."""
 _SMALLEST_SHARE = 0.02
@@ -119,12 +119,7 @@ def read_force_vectors(path: str | Path, skin: Skin) -> ForceVectorLog:
 
 
 def _taxel(cells: Sequence[str], columns: dict[str, int], skin: Skin, file: Path, line: int) -> int:
-    if "taxel" in columns:
-        taxel = whole_number(cells[columns["taxel"]], file, line, "taxel")
-    else:
-        taxel = taxel_of(cells[columns["id"]], skin, place=f"line {line}", file=file)
-    if not 0 <= taxel < len(skin):
-        raise LiveError("unknown taxel", file=file, place=f"line {line}", value=taxel)
+    taxel = taxel_in_row(cells, columns, skin, file, line)
     if not skin.three_axis[taxel]:
         remedy = "Log it by force and reading, or state three axes in the skin"
         raise LiveError(
@@ -153,8 +148,6 @@ def fit_matrices(
 
     Cost: 0.2 ms for each taxel and fold.
     """
-    if not 2 <= folds <= 20:
-        raise LiveError("the number of folds is out of range", value=folds, remedy="Choose 2 to 20")
     strength = np.linalg.norm(log.forces, axis=1)
     loaded = strength > _NO_FORCE * strength.max(initial=0.0)
     rows = np.bincount(log.taxels[loaded], minlength=len(skin))
@@ -166,7 +159,7 @@ def fit_matrices(
     fits = {}
     for taxel in own.tolist():
         part = log.taxels == taxel
-        fold = _folds(int(part.sum()), folds, random)
+        fold = folds_of(np.arange(part.sum()), folds, random)
         fits[taxel] = _fit(log.readings[part], log.forces[part] / skin.areas[taxel], fold, taxel, changes=changes)
     matrices = np.tile(np.mean([fit.matrix for fit in fits.values()], axis=0), (len(skin), 1, 1))
     matrices[~skin.three_axis] = np.eye(3)
@@ -246,9 +239,3 @@ def _check_directions(traction: FloatArray, taxel: int) -> None:
     if len(values) < 3 or not values[2] > _SMALLEST_SHARE * values[0]:
         remedy = "Press it, and push it along t1 and along t2, independently of each other"
         raise LiveError("the forces do not determine a matrix", value=f"taxel {taxel}", remedy=remedy)
-
-
-def _folds(rows: int, folds: int, random: np.random.Generator) -> IntArray:
-    """Return the fold (rows,) of each row, assigned in blocks of consecutive rows."""
-    blocks = min(_BLOCKS_PER_FOLD * folds, rows)
-    return np.asarray((random.permutation(blocks) % folds)[np.arange(rows) * blocks // rows], dtype=np.int64)

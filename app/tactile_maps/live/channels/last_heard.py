@@ -17,6 +17,7 @@ from __future__ import annotations
 import numpy as np
 
 from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray
+from tactile_maps.core.errors import names_text
 from tactile_maps.skin.model.skin import Skin
 
 FROZEN_SECONDS = 0.5
@@ -25,7 +26,6 @@ LEARN_SECONDS = 2.0
 LEARN_CHANGES = 100
 _LONGEST_STEP = 0.1
 """A longer time between readings [s] is a pause of the stream, of which only this much counts."""
-_MOST_NAMED = 8
 
 
 class LastHeard:
@@ -96,21 +96,15 @@ class LastHeard:
     def frozen_text(self) -> str:
         """Return the names of the frozen parts and the time for which each has repeated its values."""
         parts = np.flatnonzero(self.frozen).tolist()
-        return named([f"{self._part_name(part)} for {self._clock - self._last[part]:.2f} s" for part in parts])
+        return names_text([f"{self._part_name(part)} for {self._clock - self._last[part]:.2f} s" for part in parts])
 
     def taxel_names(self, chosen: BoolArray) -> list[str]:
         """Return the names of the ``chosen`` taxels (taxels,); a part that is chosen as a whole is named as such."""
         whole = np.bincount(self._part_of[chosen], minlength=len(self._sizes)) == self._sizes
         single = np.flatnonzero(chosen & ~whole[self._part_of]).tolist()
         parts = [self._part_name(part) for part in np.flatnonzero(whole).tolist()]
-        return parts + [str(self._skin.taxel_name(taxel)) or f"taxel {taxel}" for taxel in single]
+        return parts + list(map(self._skin.taxel_text, single))
 
     def _part_name(self, part: int) -> str:
         number = int(self.part_numbers[part])
         return f"module {number}" if self._names_modules else f"patch {self._skin.patches[number].name}"
-
-
-def named(names: list[str]) -> str:
-    """Return the names as a list in words, at most eight of them written out."""
-    more = len(names) - _MOST_NAMED
-    return ", ".join(names[:_MOST_NAMED]) + (f" and {more} more" if more > 0 else "")

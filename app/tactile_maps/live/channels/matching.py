@@ -8,7 +8,7 @@ table maps the stream's ids to taxels, for a skin whose file does not contain th
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import chain
@@ -308,6 +308,23 @@ def taxel_of(text: str, skin: Skin, *, place: str, file: Path) -> int:
     raise LiveError(problem, file=file, place=place, value=text, remedy=remedy)
 
 
+def numbered_taxel(number: int, skin: Skin, *, place: str, file: Path) -> int:
+    """Return the number of a taxel in a file; raises LiveError if the skin has no such taxel."""
+    if not 0 <= number < len(skin):
+        remedy = f"Give its number (taxel), 0 to {len(skin) - 1}"
+        raise LiveError("unknown taxel", file=file, place=place, value=number, remedy=remedy)
+    return number
+
+
+def taxel_in_row(cells: Sequence[str], columns: Mapping[str, int], skin: Skin, file: Path, line: int) -> int:
+    """Return the taxel of a row of a table by its column ``taxel``, or else ``id``; raises LiveError."""
+    place = f"line {line}"
+    if "taxel" in columns:
+        number = whole_number(cells[columns["taxel"]], file, line, "taxel")
+        return numbered_taxel(number, skin, place=place, file=file)
+    return taxel_of(cells[columns["id"]], skin, place=place, file=file)
+
+
 def load_matching(path: str | Path, skin: Skin) -> dict[int, int]:
     """Read taxel numbers by the stream's id from a CSV table with the columns ``id`` (as sent) and ``taxel``: its
     number, or ``link:id``.
@@ -316,15 +333,11 @@ def load_matching(path: str | Path, skin: Skin) -> dict[int, int]:
         LiveError: The table cannot be read, or names an unknown taxel.
     """
     found: dict[int, int] = {}
-    for line, row in read_rows(Path(path), ("id", "taxel")):
-        number = whole_number(row["id"], path, line, "id")
-        if ":" in row["taxel"]:
-            taxel = taxel_of(row["taxel"], skin, place=f"line {line}", file=Path(path))
-        else:
-            taxel = whole_number(row["taxel"], path, line, "taxel")
-        if not 0 <= taxel < len(skin):
-            remedy = f"The skin has taxels 0 to {len(skin) - 1}"
-            raise LiveError("unknown taxel", file=path, place=f"line {line}", value=taxel, remedy=remedy)
+    file = Path(path)
+    for line, row in read_rows(file, ("id", "taxel")):
+        number = whole_number(row["id"], file, line, "id")
+        name = "id" if ":" in row["taxel"] else "taxel"
+        taxel = taxel_in_row([row["taxel"]], {name: 0}, skin, file, line)
         if found.setdefault(number, taxel) != taxel:
-            raise LiveError("an id is assigned to two taxels", file=path, place=f"line {line}", value=number)
+            raise LiveError("an id is assigned to two taxels", file=file, place=f"line {line}", value=number)
     return found

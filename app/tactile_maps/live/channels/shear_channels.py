@@ -75,7 +75,7 @@ class ShearChannels:
         for taxel, has, expected in zip(taxels.tolist(), there, three, strict=True):
             if taxel in self._wrong or len(self._wrong) >= _MOST_NAMED:
                 continue
-            name = str(self._skin.taxel_name(taxel)) or f"taxel {taxel}"
+            name = self._skin.taxel_text(taxel)
             missing = ", ".join(one for one, found in zip(("p", "t1", "t2"), has, strict=True) if not found)
             self._wrong[taxel] = (
                 f"{name}: {missing} missing, send all three" if expected else f"{name}: shear of a taxel with one axis"

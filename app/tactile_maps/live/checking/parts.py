@@ -107,7 +107,7 @@ def _groups(skin: Skin, patch: int, where: str) -> list[SkinPart]:
     numbers = np.arange(skin.first[patch], skin.first[patch + 1])
     own = skin.patches[patch]
     if len(skin) <= _SINGLE_TAXELS:
-        names = (str(skin.taxel_name(taxel)) or f"taxel {taxel}" for taxel in numbers.tolist())
+        names = map(skin.taxel_text, numbers.tolist())
         return [SkinPart(f"{name}{where}", own.link, one) for name, one in zip(names, numbers[:, None], strict=True)]
     groups = _halved(own.taxels.positions, np.arange(len(numbers)))
     if len(groups) == 1:

@@ -17,7 +17,7 @@ from tactile_maps.live.checking.skin_check import Outcome, SkinCheck
 from tactile_maps.live.checking.verdicts import FAULT_TEXTS, ChannelFault, Verdicts, verdicts_of
 from tactile_maps.maps.formats.html_page import facts_html, page_html, rows_html
 from tactile_maps.session.prepare import PreparedScene
-from tactile_maps.skin.model.skin import Skin, number_ranges
+from tactile_maps.skin.model.skin import number_ranges
 
 _PICTURE = 900.0
 """Width of the drawing of the map [px]."""
@@ -51,14 +51,9 @@ def swap_texts(check: SkinCheck, verdicts: Verdicts) -> tuple[str, ...]:
         if swap.parts:
             texts.append(f"{swap.parts[0]} with {swap.parts[1]}")
             continue
-        first, second = (", ".join(taxel_text(check.skin, one) for one in side) for side in (swap.first, swap.second))
+        first, second = (", ".join(map(check.skin.taxel_text, side)) for side in (swap.first, swap.second))
         texts.append(f"{first} with {second}")
     return tuple(texts)
-
-
-def taxel_text(skin: Skin, taxel: int) -> str:
-    """Return the name of a taxel by its hardware, or its number."""
-    return str(skin.taxel_name(taxel)) or f"taxel {taxel}"
 
 
 def check_facts(prepared: PreparedScene, source: str, unit: str, started: datetime) -> dict[str, object]:
@@ -229,7 +224,7 @@ def _drawing(check: SkinCheck, verdicts: Verdicts, points: FloatArray) -> str:
         faults = verdicts.of(taxel)
         letter, colour = _MARKS[faults[0]] if faults else ("", "#22b8cf" if felt[taxel] else "none")
         words = (
-            f"{taxel_text(check.skin, taxel)}: {', '.join(map(str, faults)) or ('felt' if felt[taxel] else 'not felt')}"
+            f"{check.skin.taxel_text(taxel)}: {', '.join(map(str, faults)) or ('felt' if felt[taxel] else 'not felt')}"
         )
         circle = f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{radius:.1f}" fill="{colour}" stroke="var(--note)"/>'
         text = (

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tactile_maps.core.errors import names_text
 from tactile_maps.core.reading_units import ReadingUnits
-from tactile_maps.live.channels.last_heard import named
 from tactile_maps.live.motion.motion_sender import OLDEST_SECONDS, StopReason
 from tactile_maps.live.readings.data_age import DataAge
 from tactile_maps.live.session.measured_session import MeasuredSession
@@ -104,9 +104,8 @@ class InputMonitor:
         if possible.all():
             return ""
         taxel = int((~possible).argmax())
-        name = str(skin.taxel_name(taxel)) or f"taxel {taxel}"
         limits = f"From {LEAST_PRESSURE:g} to {MOST_PRESSURE:g} Pa"
-        return f"{name}: {frame.pressures[taxel]:g} Pa after calibration. {limits}"
+        return f"{skin.taxel_text(taxel)}: {frame.pressures[taxel]:g} Pa after calibration. {limits}"
 
     def old(self, now: float) -> InputProblem | None:
         """Return which readings are missing or too old; None if none are. Thread-safe."""
@@ -134,4 +133,4 @@ class InputMonitor:
         names += heard.taxel_names(~(heard.taxels >= oldest))
         age = now - self.measured
         since = f"not heard for {age:.2f} s" if np.isfinite(age) else "not heard yet"
-        return InputProblem(StopReason.NOT_HEARD, f"{named(names)}: {since}", named(names))
+        return InputProblem(StopReason.NOT_HEARD, f"{names_text(names)}: {since}", names_text(names))

@@ -11,8 +11,7 @@ from collections.abc import Callable
 from typing import Any
 
 from tactile_maps.control.motion.command import ControlSettings
-from tactile_maps.core.errors import LiveError
-from tactile_maps.live.channels.last_heard import named
+from tactile_maps.core.errors import LiveError, names_text
 from tactile_maps.live.motion.command_latency import CommandLatency
 from tactile_maps.live.motion.input_monitor import InputMonitor
 from tactile_maps.live.motion.measured_controller import (
@@ -93,7 +92,7 @@ class MotionOutput:
             for joint, speed in zip(self._joints, self._sender.most, strict=True)
             if speed < most
         ]
-        by_model = f"; limited further by the robot's model: {named(slower)}" if slower else ""
+        by_model = f"; limited further by the robot's model: {names_text(slower)}" if slower else ""
         return f"at most {most:g} rad/s (m/s for slides) in each joint{by_model}"
 
     def use(self, settings: ControlSettings) -> None:

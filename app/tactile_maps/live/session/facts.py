@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from tactile_maps.core.arrays import IntArray
 from tactile_maps.live.calibration.calibration import ValueMode
 from tactile_maps.live.calibration.weighing import WeighingState
@@ -92,15 +90,15 @@ def few_heard(facts: MeasuredFacts, taxels: int) -> str | None:
 
 def taxel_names(skin: Skin, taxels: IntArray) -> tuple[str, ...]:
     """Return the names of taxels (k,) of a skin, in their order."""
-    return tuple(str(skin.taxel_name(taxel)) or f"taxel {taxel}" for taxel in taxels.tolist())
+    return tuple(map(skin.taxel_text, taxels.tolist()))
 
 
 def swapped_texts(skin: Skin, swapped: tuple[SwappedChannels, ...]) -> tuple[str, ...]:
     """Return swapped channels in words by module, like "module 14: 87012 with 87015"."""
     by_module: dict[int | None, list[str]] = {}
     for one in swapped:
-        names = taxel_names(skin, np.array([one.first, one.second]))
-        by_module.setdefault(one.module, []).append(" with ".join(names))
+        pair = f"{skin.taxel_text(one.first)} with {skin.taxel_text(one.second)}"
+        by_module.setdefault(one.module, []).append(pair)
     return tuple(
         ("" if module is None else f"module {module}: ") + ", ".join(pairs) for module, pairs in by_module.items()
     )
@@ -108,5 +106,4 @@ def swapped_texts(skin: Skin, swapped: tuple[SwappedChannels, ...]) -> tuple[str
 
 def silent_text(skin: Skin, silent: SilentChannel) -> str:
     """Return a silent channel in words: its name and value."""
-    (name,) = taxel_names(skin, np.array([silent.taxel]))
-    return f"{name}: {'stuck' if silent.stuck else 'dead'} at {silent.value:g}"
+    return f"{skin.taxel_text(silent.taxel)}: {'stuck' if silent.stuck else 'dead'} at {silent.value:g}"

@@ -158,7 +158,7 @@ class SkinReadings:
         beyond = np.abs(values) > most
         if beyond.any():
             row = int(beyond.argmax())
-            name = str(self._skin.taxel_name(int(taxels[row]))) or f"taxel {taxels[row]}"
+            name = self._skin.taxel_text(int(taxels[row]))
             self._implausible.refuse(
                 "a value is impossible", name, f"{values[row]:g} {unit}", f"At most {most:g} {unit}"
             )

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from tactile_maps.core.arrays import FloatArray
-from tactile_maps.core.errors import Finding, SkinError
+from tactile_maps.core.errors import Finding, SkinError, names_text
 from tactile_maps.geometry.remesh.wrap import wrap_mesh
 from tactile_maps.geometry.surface.mesh import Mesh
 from tactile_maps.geometry.surface.points import nearest_others
@@ -110,12 +110,11 @@ def _far_taxels(taxels: TaxelSet, away: FloatArray, pitch: float) -> Iterator[Fi
         return
     far = far[np.argsort(-away[far], kind="stable")]
     identity = taxels.identity
-    named = [
+    names = [
         f"{str(identity.name(row)) or f'taxel {taxels.numbers[row]}'} by {1e3 * away[row]:.1f} mm"
         for row in far.tolist()
     ]
-    more = f" and {len(named) - _NAMED} more" if len(named) > _NAMED else ""
-    action = f"moved onto the surface, by more than the distance between taxels: {', '.join(named[:_NAMED])}{more}"
+    action = f"moved onto the surface, by more than the distance between taxels: {names_text(names, _NAMED)}"
     yield Finding("taxel-off-surface", taxels.link or taxels.name, action, len(far))
 
 

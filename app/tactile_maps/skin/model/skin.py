@@ -413,6 +413,10 @@ class Skin:
         patch = int(self.patch_of[taxel])
         return self.patches[patch].taxels.identity.name(taxel - int(self.first[patch]))
 
+    def taxel_text(self, taxel: int) -> str:
+        """Return the name of taxel number ``taxel`` by its hardware, or its number, for messages."""
+        return str(self.taxel_name(taxel)) or f"taxel {taxel}"
+
     def taxels_named(self, name: str) -> IntArray:
         """Return (k,) numbers of the taxels of that name in any case, such as all cells of a sensor."""
         folded = name.casefold()

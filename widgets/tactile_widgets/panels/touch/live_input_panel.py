@@ -8,7 +8,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QComboBox, QLabel, QPushButton, QWidget
 
 from tactile_maps.contacts.pipeline import ReadingSettings
-from tactile_maps.core.errors import counted
+from tactile_maps.core.errors import counted, names_text
 from tactile_maps.live.calibration.calibration import ValueMode
 from tactile_maps.live.session.connection import ConnectionState, ConnectionStatus, refused_text
 from tactile_maps.live.session.facts import MeasuredFacts, few_heard
@@ -23,7 +23,6 @@ from tactile_widgets.panels.touch.reading_distribution import ReadingDistributio
 from tactile_widgets.session.live_input import LiveInput
 
 _REFRESH_MS = 250
-_NAMED = 6
 _JUDGED_READINGS = 20
 """Number of readings from which on taxels without a value are reported: packets may contain parts of the skin."""
 _TROUBLE_LINES = 2
@@ -278,25 +277,22 @@ def _notes(status: ConnectionStatus, facts: MeasuredFacts, taxels: int) -> list[
         notes.append(Note("Not calibrated", "Readings are shown in counts, and no forces are shown."))
     if facts.falling:
         cure = "If they fall under pressure, press Inverted. If the skin was touched during the tare, repeat the tare."
-        names = _named(facts.falling_taxels)
+        names = names_text(facts.falling_taxels)
         notes.append(Note("Neighbouring taxels fall below their baseline", f"{names}. {cure}", fault=True))
     if facts.touched_in_tare:
-        text = f"The readings meanwhile were left out for {_named(facts.touched_in_tare)}."
+        text = f"The readings meanwhile were left out for {names_text(facts.touched_in_tare)}."
         notes.append(Note("Touched during the tare", text))
     if facts.held_in_tare:
-        text = f"{_named(facts.held_in_tare)}. If something touched them, contacts there are hidden: repeat the tare."
+        text = (
+            f"{names_text(facts.held_in_tare)}. If something touched them, contacts there are hidden: repeat the tare."
+        )
         notes.append(Note("Neighbouring taxels read far more than the others during the tare", text, fault=True))
     if facts.unknown:
-        notes.append(Note("Taxels that the skin does not have", _named(facts.unknown)))
+        notes.append(Note("Taxels that the skin does not have", names_text(facts.unknown)))
     if facts.ambiguous:
-        notes.append(Note("Ids that several taxels have", f"{_named(facts.ambiguous)}; name them link:id"))
+        notes.append(Note("Ids that several taxels have", f"{names_text(facts.ambiguous)}; name them link:id"))
     if facts.wrong_channels:
-        notes.append(Note("Taxels with a wrong number of channels", _named(facts.wrong_channels)))
+        notes.append(Note("Taxels with a wrong number of channels", names_text(facts.wrong_channels)))
     if facts.unknown_joints:
-        notes.append(Note("Joints that the robot does not have", _named(facts.unknown_joints)))
+        notes.append(Note("Joints that the robot does not have", names_text(facts.unknown_joints)))
     return notes
-
-
-def _named(names: tuple[str, ...]) -> str:
-    more = len(names) - _NAMED
-    return ", ".join(names[:_NAMED]) + (f" and {more} more" if more > 0 else "")

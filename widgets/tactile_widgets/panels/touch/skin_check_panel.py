@@ -9,8 +9,8 @@ import numpy as np
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QLabel, QWidget
 
-from tactile_maps.core.errors import TactileMapsError, counted
-from tactile_maps.live.checking.report import check_facts, swap_texts, taxel_text, write_check_report
+from tactile_maps.core.errors import TactileMapsError, counted, names_text
+from tactile_maps.live.checking.report import check_facts, swap_texts, write_check_report
 from tactile_maps.live.checking.skin_check import CheckStage, Outcome, SkinCheck
 from tactile_maps.live.checking.verdicts import FAULT_TEXTS, verdicts_of
 from tactile_widgets.common.make import add_fact, make, progress_bar, push_button, row_layout, value_label
@@ -188,10 +188,8 @@ def _notes(check: SkinCheck) -> list[Note]:
     for fault, those in verdicts.faults.items():
         taxels = np.flatnonzero(those).tolist()
         if taxels:
-            more = len(taxels) - _NAMED
-            names = "; ".join(taxel_text(check.skin, taxel) for taxel in taxels[:_NAMED])
-            tail = f" and {more} more" if more > 0 else ""
-            notes.append(Note(f"{len(taxels)} {fault}", f"{names}{tail}: {FAULT_TEXTS[fault]}", fault=True))
+            names = names_text(list(map(check.skin.taxel_text, taxels)), _NAMED, separator="; ")
+            notes.append(Note(f"{len(taxels)} {fault}", f"{names}: {FAULT_TEXTS[fault]}", fault=True))
     if not notes:
         count = int(check.felt.sum())
         notes.append(Note("No faults", f"{counted(count, 'taxel')} pressed, and all respond."))

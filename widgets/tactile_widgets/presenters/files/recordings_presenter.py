@@ -15,6 +15,7 @@ from PySide6.QtCore import QFile, QStandardPaths, QUrl
 from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QMessageBox, QWidget
 
+from tactile_maps.core.errors import names_text
 from tactile_maps.recording.encoding.annotations import Outcome, annotations_file
 from tactile_maps.recording.file.damage import damage_text
 from tactile_maps.recording.overview.summary import RecordingSummary
@@ -132,8 +133,8 @@ class RecordingsPresenter(Presenter):
         self._context.dialogs.remember_opened(Path(written[0].file).parent)
         damage = list(dict.fromkeys(damage_text(one, part.tick) for part in written for one in part.damage))
         if damage:
-            more = f" and {len(damage) - _MOST_DAMAGE} more" if len(damage) > _MOST_DAMAGE else ""
-            text = f"Saved {saved} with the damage of the recording: {'; '.join(damage[:_MOST_DAMAGE])}{more}"
+            texts = names_text(damage, _MOST_DAMAGE, separator="; ")
+            text = f"Saved {saved} with the damage of the recording: {texts}"
             remedies = [self._context.actions[name] for name in ("replay_saved", "show_saved")] if single else []
             notifier.say(text, fault=True, remedies=remedies, of="save range")
 

@@ -8,6 +8,7 @@ from PySide6.QtCore import QObject, QPointF, Qt
 from PySide6.QtGui import QMouseEvent, QPainter
 
 from tactile_maps.core.arrays import FloatArray
+from tactile_maps.core.errors import names_text
 from tactile_maps.robots.kinematics import Configuration
 from tactile_maps.robots.link_drag import LinkDrag, drag_link
 from tactile_widgets.common.colours import Theme
@@ -119,9 +120,8 @@ class PostureTool(ViewTool):
         far = f"{1e3 * drag.away:.0f}\u202fmm short"
         if not drag.stuck:
             return f"Out of reach, {far}"
-        names = ", ".join(robot.joints[joint].name.replace("_", " ") for joint in drag.stuck[:2])
-        more = f" and {len(drag.stuck) - 2} more" if len(drag.stuck) > 2 else ""
-        return f"At its limit: {names}{more}, {far}"
+        names = [robot.joints[joint].name.replace("_", " ") for joint in drag.stuck]
+        return f"At its limit: {names_text(names, 2)}, {far}"
 
     def release(self, place: PointerHit, event: QMouseEvent) -> None:
         """End the drag as one undo step."""

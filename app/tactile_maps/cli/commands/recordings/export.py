@@ -7,7 +7,7 @@ import time
 from pathlib import Path
 
 from tactile_maps.cli.shared.damage import damage_rows
-from tactile_maps.cli.shared.output import print_fields, print_json, print_warning, progress_line
+from tactile_maps.cli.shared.output import print_result, print_warning, progress_line
 from tactile_maps.cli.shared.unused_options import refuse_with_input
 from tactile_maps.core.errors import UsageError
 from tactile_maps.export.export import FORMATS, ExportOptions, export_recording
@@ -49,16 +49,19 @@ def execute(arguments: argparse.Namespace) -> int:
     for one in player.damage:
         print_warning(damage_text(one, tick))
     size = sum(part.stat().st_size for part in (target.rglob("*") if target.is_dir() else [target]) if part.is_file())
-    if arguments.json:
-        result = {"file": str(target), "format": arguments.to, "frames": len(player), "bytes": size}
-        print_json(result | {"complete": player.complete, "damage": list(player.damage)})
-    else:
-        print_fields(
-            {
-                "Frames": len(player),
-                "Duration": f"{player.duration:.2f} s",
-                **damage_rows(player.damage, tick),
-                "Written to": f"{target}, {1e-6 * size:.1f} MB in {time.perf_counter() - start:.1f} s",
-            }
-        )
+    result = {
+        "file": str(target),
+        "format": arguments.to,
+        "frames": len(player),
+        "bytes": size,
+        "complete": player.complete,
+        "damage": list(player.damage),
+    }
+    rows = {
+        "Frames": len(player),
+        "Duration": f"{player.duration:.2f} s",
+        **damage_rows(player.damage, tick),
+        "Written to": f"{target}, {1e-6 * size:.1f} MB in {time.perf_counter() - start:.1f} s",
+    }
+    print_result(result, rows, as_json=arguments.json)
     return 0

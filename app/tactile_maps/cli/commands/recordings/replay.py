@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 
 from tactile_maps.cli.shared.damage import damage_rows
-from tactile_maps.cli.shared.output import print_error, print_fields, print_json, progress_line
+from tactile_maps.cli.shared.output import print_error, print_result, progress_line
 from tactile_maps.core.errors import RecordingError, counted
 from tactile_maps.recording.player import RecordingPlayer
 from tactile_maps.recording.verify import Verification, verify
@@ -43,7 +43,7 @@ def execute(arguments: argparse.Namespace) -> int:
         rows["Identical"] = f"{_NOTHING}: measured readings cannot be simulated again"
     else:
         (_verify if arguments.verify else _read)(player, result, rows)
-    (print_json(result) if arguments.json else print_fields(rows))
+    print_result(result, rows, as_json=arguments.json)
     return 1 if arguments.verify and not (result["identical"] is True and player.complete) else 0
 
 

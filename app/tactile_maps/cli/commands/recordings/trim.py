@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from tactile_maps.cli.shared.output import print_fields, print_json, print_warning, progress_line
+from tactile_maps.cli.shared.output import print_result, print_warning, progress_line
 from tactile_maps.core.errors import RecordingError, UsageError, counted
 from tactile_maps.core.files import make_output_folder
 from tactile_maps.recording.file.damage import damage_text
@@ -31,10 +31,8 @@ def execute(arguments: argparse.Namespace) -> int:
     for one in written:
         for damage in one.damage:
             print_warning(f"{one.file}: {damage_text(damage, one.tick)}")
-    if arguments.json:
-        print_json({"files": [_row(one) for one in written]})
-    else:
-        print_fields({one.file: f"{one.seconds:.2f} s, {counted(one.frames, 'frame')}" for one in written})
+    rows = {one.file: f"{one.seconds:.2f} s, {counted(one.frames, 'frame')}" for one in written}
+    print_result({"files": [_row(one) for one in written]}, rows, as_json=arguments.json)
     return 0
 
 
