@@ -39,6 +39,25 @@ def test_cached_result_is_made_once_per_value_and_deleted_with_it():
     assert made() is None
 
 
+def test_result_of_several_values_is_deleted_with_any_of_them():
+    asked = []
+
+    @weak_cache
+    def made_of(value: Value, other: Value, name: str) -> Made | None:
+        asked.append((value.number, other.number, name))
+        return None if name == "none" else Made()
+
+    values = {number: Value(number) for number in (1, 2, 3)}
+    assert made_of(values[1], values[2], "a") is made_of(values[1], values[2], "a")
+    assert made_of(values[1], values[2], "none") is made_of(values[1], values[2], "none") is None
+    assert asked == [(1, 2, "a"), (1, 2, "none")]
+    made = [weakref.ref(made_of(values[1], values[other], "b")) for other in (2, 3)]
+    del values[2]
+    gc.collect()
+    assert made[0]() is None
+    assert made[1]() is made_of(values[1], values[3], "b")
+
+
 def test_result_is_made_once_for_equal_content_and_kept_while_used():
     asked = []
 

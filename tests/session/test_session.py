@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import gc
 import math
+import weakref
 from dataclasses import replace
 
 import numpy as np
@@ -53,6 +55,18 @@ def test_shapes_for_a_path_are_built_when_it_is_requested():
     settings = ControlSettings(controller="hybrid", task="follow_path", path_kind="lemniscate", path_size=0.03)
     session.submit(ControlChanged(settings))
     assert collision_model.cache_info().misses == 1, "they take longer than a tick"
+
+
+def test_nothing_keeps_the_robot_and_skin_of_a_session_that_is_closed():
+    skin = replace(BAR.skin)
+    opened = replace(BAR, robot=replace(BAR.robot), skin=skin, map=replace(BAR.map, skin=skin))
+    session = Session(opened)
+    session.submit(PokePressed(1, AT))
+    session.tick()
+    kept = weakref.ref(opened.robot), weakref.ref(skin)
+    del opened, session, skin
+    gc.collect()
+    assert [one() for one in kept] == [None, None]
 
 
 def test_poke_is_measured_located_and_released():

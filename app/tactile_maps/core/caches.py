@@ -2,38 +2,40 @@
 
 from __future__ import annotations
 
-import atexit
 from collections.abc import Callable, Iterable
 from functools import wraps
 from hashlib import blake2b
-from typing import ParamSpec, TypeVar
-from weakref import WeakKeyDictionary
+from typing import ParamSpec, TypeVar, TypeVarTuple
+from weakref import finalize, ref
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-_Value = TypeVar("_Value")
+_Values = TypeVarTuple("_Values")
 _Made = TypeVar("_Made")
 _Arguments = ParamSpec("_Arguments")
 
 
-def weak_cache(make: Callable[[_Value], _Made]) -> Callable[[_Value], _Made]:
-    """Decorate a function to be called once for each value; its result is discarded together with the value.
+def weak_cache(make: Callable[[*_Values], _Made]) -> Callable[[*_Values], _Made]:
+    """Decorate a function to be called once for the same values; its result is discarded together with any of them.
 
     Unlike ``functools.cache`` this does not keep values alive, and unlike a cached property the result is not pickled
-    with the value. It is meant for frozen values that are compared by identity, such as a mesh or a skin. The result
-    must not refer to the value, which would then never be released. Two threads that call at the same time may both
-    compute the result.
+    with the value. It is meant for frozen values that are compared by identity, such as a mesh or a skin; names may be
+    among them. The result must not refer to a value, which would then never be released. Two threads that call at the
+    same time may both compute the result.
     """
-    made: WeakKeyDictionary[_Value, _Made] = WeakKeyDictionary()
-    atexit.register(made.clear)  # native libraries report objects that outlive the interpreter
+    made: dict[tuple[object, ...], _Made] = {}
 
     @wraps(make)
-    def known(value: _Value) -> _Made:
-        found = made.get(value)
-        if found is None:
-            found = made[value] = make(value)
-        return found
+    def known(*values: *_Values) -> _Made:
+        key = tuple(value if isinstance(value, str) else ref(value) for value in values)
+        if key in made:
+            return made[key]
+        result = made[key] = make(*values)
+        for value in values:
+            if not isinstance(value, str):
+                finalize(value, made.pop, key, None)  # also at exit: native libraries report objects that outlive it
+        return result
 
     return known
 

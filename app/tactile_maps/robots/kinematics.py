@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import mujoco
 import numpy as np
 
 from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray, all_finite
+from tactile_maps.core.caches import weak_cache
 from tactile_maps.core.errors import RobotError
 from tactile_maps.geometry.surface.pose import Pose
 from tactile_maps.robots.model.mujoco_spec import compile_spec, joints_before, remove_geoms, robot_spec
@@ -149,7 +148,7 @@ class Configuration:
         return self._bodies[link]
 
 
-@lru_cache(maxsize=8)
+@weak_cache
 def kinematic_model(robot: Robot) -> mujoco.MjModel:
     """Return the robot's model without the shapes of links whose inertia is stated.
 

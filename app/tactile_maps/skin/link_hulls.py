@@ -5,7 +5,6 @@ A link collides as its hull unless the hull spans hollows (``link_pieces``). Pla
 
 from __future__ import annotations
 
-from functools import lru_cache
 from itertools import combinations
 from typing import TypeAlias
 
@@ -13,6 +12,7 @@ import mujoco
 import numpy as np
 
 from tactile_maps.core.arrays import FloatArray
+from tactile_maps.core.caches import weak_cache
 from tactile_maps.robots.model.mujoco_spec import OWN_NAMES, compile_spec, drop_found_exclusions, robot_spec
 from tactile_maps.robots.model.robot import Robot
 from tactile_maps.robots.model.sanitize import collision_exclusions
@@ -88,7 +88,7 @@ def corners_with_faces(points: FloatArray) -> FloatArray:
         points = points[np.sort(corners[faces > 0])]
 
 
-@lru_cache(maxsize=32)
+@weak_cache
 def _corners_of_link(robot: Robot, skin: Skin, link: str) -> FloatArray:
     return corners_with_faces(hull_points(robot, skin, link))
 
@@ -125,7 +125,7 @@ def hulls_spec(robot: Robot, skin: Skin) -> mujoco.MjSpec:
 LinkPairs: TypeAlias = frozenset[frozenset[str]]
 
 
-@lru_cache(maxsize=8)
+@weak_cache
 def overlapping_hulls(robot: Robot, skin: Skin) -> tuple[LinkPairs, LinkPairs]:
     """Return the pairs of links that never collide, and the other pairs whose hulls overlap at home or mostly.
 

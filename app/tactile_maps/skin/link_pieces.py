@@ -15,7 +15,7 @@ import platform
 import sys
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import cache, lru_cache
+from functools import cache
 from hashlib import blake2b
 from importlib.metadata import version
 from pathlib import Path
@@ -25,6 +25,7 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray
+from tactile_maps.core.caches import weak_cache
 from tactile_maps.core.disk_cache import read_entry, store_entry
 from tactile_maps.core.errors import Finding, MeshError, SkinError
 from tactile_maps.core.files import MAX_UNPACKED_BYTES, cache_folder, pack_arrays, read_bounded_file, unpack_arrays
@@ -139,13 +140,11 @@ class HullFit:
 _MADE: dict[str, LinkPieces] = {}
 """The latest pieces by digest, where no cache folder is used."""
 _MOST_MADE = 64
-_MOST_LINKS = 24
-"""Links whose results are kept in memory; they keep robot and skin, so that more would keep those of closed scenes."""
 _MOST_KEPT = 200_000_000
 """Size of all pieces in the cache folder [bytes]; those longest unused are removed first."""
 
 
-@lru_cache(maxsize=_MOST_LINKS)
+@weak_cache
 def link_pieces(robot: Robot, skin: Skin, link: str) -> LinkPieces | None:
     """Return the pieces of a link with skin; None where its hull follows the skin.
 
@@ -230,7 +229,7 @@ def spans_hollows(robot: Robot, skin: Skin, link: str) -> bool:
     return fit.share > PROUD_AREA or fit.bare_share > BARE_AREA
 
 
-@lru_cache(maxsize=_MOST_LINKS)
+@weak_cache
 def hull_fit(robot: Robot, skin: Skin, link: str) -> HullFit:
     """Return how far the convex hull of a link and its skin protrudes beyond the skin and the mesh next to it."""
     points = hull_points(robot, skin, link)

@@ -14,7 +14,6 @@ import copy
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import NamedTuple
 
 import mujoco
@@ -24,6 +23,7 @@ from scipy.spatial import ConvexHull, QhullError
 
 from tactile_maps.contacts.detection.regions import ContactRegion
 from tactile_maps.core.arrays import ArrayFields, BoolArray, FloatArray, IntArray, largest
+from tactile_maps.core.caches import weak_cache
 from tactile_maps.geometry.surface.mesh import Mesh
 from tactile_maps.robots.kinematics import Configuration, kinematic_model
 from tactile_maps.robots.model.robot import Robot
@@ -294,7 +294,7 @@ class _Surface:
         return np.where(self.moves, np.where(self.slides, -normals @ axes.T, hinges), 0.0)
 
 
-@lru_cache(maxsize=8)
+@weak_cache
 def _surface(robot: Robot) -> _Surface:
     model = kinematic_model(robot)
     links = list[str]()

@@ -7,13 +7,13 @@ solver, self contact of the foundation and the pairs that never collide use the 
 from __future__ import annotations
 
 from collections.abc import Collection
-from functools import lru_cache
 
 import igl
 import mujoco
 import numpy as np
 
 from tactile_maps.core.arrays import FloatArray
+from tactile_maps.core.caches import weak_cache
 from tactile_maps.geometry.surface.mesh import Mesh
 from tactile_maps.robots.kinematics import Configuration
 from tactile_maps.robots.model.mujoco_spec import compile_spec, drop_found_exclusions
@@ -41,7 +41,7 @@ def add_collision_shapes(spec: mujoco.MjSpec, robot: Robot, skin: Skin, link: st
     return [add_hull(spec, robot, skin, link)] if pieces is None else add_pieces(spec, pieces, link)
 
 
-@lru_cache(maxsize=8)
+@weak_cache
 def excluded_pairs(robot: Robot, skin: Skin) -> LinkPairs:
     """Return the pairs of links that never collide: neighbours, and those that overlap at home or mostly.
 

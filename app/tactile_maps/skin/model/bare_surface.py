@@ -13,13 +13,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from functools import lru_cache
 
 import numpy as np
 from scipy.spatial import cKDTree
 
 from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray
-from tactile_maps.core.caches import content_cache
+from tactile_maps.core.caches import content_cache, weak_cache
 from tactile_maps.geometry.remesh.refine import subdivide
 from tactile_maps.geometry.surface.closest_point import ClosestPoint, closest_point
 from tactile_maps.geometry.surface.mesh import Mesh, join_meshes
@@ -52,7 +51,6 @@ _ON_EDGE = 1e-6
 """Barycentric weight below which a point is on the opposite edge of its triangle."""
 
 
-@lru_cache(maxsize=8)
 def with_bare_points(robot: Robot, skin: Skin) -> Skin:
     """Return the skin with the bare points of its links; the same skin where there are none.
 
@@ -60,6 +58,12 @@ def with_bare_points(robot: Robot, skin: Skin) -> Skin:
 
     Cost: 0.35 s of one core for 1,000 taxels on three links of an arm; once for each link and its skin.
     """
+    loaded = _loaded(robot, skin)
+    return skin if loaded is None else loaded
+
+
+@weak_cache
+def _loaded(robot: Robot, skin: Skin) -> Skin | None:
     links = dict.fromkeys(patch.link for patch in skin.patches)
     parts = list(map(_unread_faces, skin.patches))
     for name in links:
@@ -68,7 +72,7 @@ def with_bare_points(robot: Robot, skin: Skin) -> Skin:
         if link.mesh is not None and not link.missing and link.mesh.area > 0:
             parts.append(BarePoints(name, *_bare_points(link.mesh, patches)))
     bare = tuple(part for part in parts if len(part.areas))
-    return replace(skin, bare_points=bare) if bare else skin
+    return replace(skin, bare_points=bare) if bare else None
 
 
 def _unread_faces(patch: Patch) -> BarePoints:

@@ -49,8 +49,9 @@ from tactile_widgets.views.overlays.body_overlays import SkinTexture
 from tactile_widgets.views.overlays.placeholder_card import CardTexts, PlaceholderCard
 from tactile_widgets.views.overlays.task_overlay import NO_TASK, TaskOverlay
 
-_KEPT_IMAGES = 3
-"""Number of skins whose map image is kept: a scene, the recording replayed over it, and one opened before."""
+_KEPT_IMAGES = 2
+"""Number of skins whose map image is kept: of the scene shown before, and of one that is shown soon. An image keeps the
+skin and all that was computed for it."""
 _AROUND = 3.0
 """Visible surroundings of a taxel that the view looks at [taxel pitches]."""
 _POKES = "Press a patch to poke the robot there. Drag next to the patches, or with the right button, to pan."
