@@ -206,6 +206,11 @@ def test_converter_adds_uncertainty_to_unpressed_taxels_only_if_noise_reaches_it
     )
 
 
+def test_noise_and_converter_are_separate_parts():
+    noise = {"noise": Noise(100.0)}
+    assert parts(quantisation=Quantisation(120.0), **noise)["noise"] == pytest.approx(parts(**noise)["noise"])
+
+
 def test_force_in_the_ring_indicates_force_beyond_it():
     readings = Readings(np.array([0.9, 0.1]), np.full(2, AREA), np.arange(2), np.array([0]))
     assert parts(readings) == {"ring": 0.0}

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 from tactile_maps.core.errors import Finding, LiveError, SceneError
 from tactile_maps.core.toml import (
+    MAX_KEYS,
     TomlReader,
     as_float,
     check_keys,
@@ -256,6 +257,13 @@ more = { a = 1.5 }""")
 def test_invalid_value_is_rejected_with_its_place(line, words):
     with pytest.raises(SceneError, match=f"(?s)f, .*{words}"):
         read(f'[thing]\nname = "x"\n{line}')
+
+
+def test_key_with_too_many_parts_is_rejected_with_its_line():
+    longest = ".".join("a" * MAX_KEYS)
+    assert parse_toml(f'# {longest}.a\nb = "{longest}.a"\n{longest} = 1\n', file="a.toml")["b"] == f"{longest}.a"
+    with pytest.raises(SceneError, match="line 2: a key has too many parts"):
+        parse_toml(f"b = 1\n{longest} . a = 1\n", file="a.toml")
 
 
 def test_missing_keys_and_tables_are_rejected():

@@ -179,7 +179,7 @@ class NoteList(QListWidget):
             painter = QPainter(self.viewport())
             painter.setFont(small_font(self.font()))
             painter.setPen(self.palette().color(QPalette.ColorRole.PlaceholderText))
-            inner = self.viewport().rect().adjusted(2 * _MARGIN, _MARGIN, -2 * _MARGIN, -_MARGIN)
+            inner = self.viewport().rect().adjusted(2 * _MARGIN, _MARGIN, -2 * _MARGIN, 0)
             _wrapped(self._empty, painter.font(), inner.width()).draw(painter, QPointF(inner.topLeft()))
             painter.end()
         return done
