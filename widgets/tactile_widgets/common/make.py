@@ -10,14 +10,17 @@ from collections.abc import Callable, Iterable
 from typing import Any, TypeVar
 
 from PySide6.QtCore import QObject, QSize, Qt, SignalInstance
-from PySide6.QtGui import QPainter, QPaintEvent, QResizeEvent
+from PySide6.QtGui import QAction, QPainter, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import (
     QBoxLayout,
     QComboBox,
+    QDialog,
+    QDialogButtonBox,
     QGridLayout,
     QHBoxLayout,
     QLabel,
     QLayout,
+    QMenu,
     QProgressBar,
     QPushButton,
     QSizePolicy,
@@ -29,6 +32,10 @@ _FRAME = 60
 """Room for the frame and the title of a window [px]."""
 T = TypeVar("T", bound=QObject)
 Part = QWidget | QLayout | None
+Margins = tuple[int, int, int, int]
+NO_MARGINS = 0, 0, 0, 0
+DELETED_ON_CLOSE = Qt.WidgetAttribute.WA_DeleteOnClose
+STYLE_SPACING = -1
 
 
 def resize_on_screen(window: QWidget, width: int, height: int) -> None:
@@ -97,34 +104,61 @@ def add_items(box: QComboBox, items: Iterable[tuple[str, object, str]]) -> None:
             box.setItemData(box.count() - 1, tip, Qt.ItemDataRole.ToolTipRole)
 
 
+def select_data(box: QComboBox, data: object) -> None:
+    """Select the entry with this data."""
+    box.setCurrentIndex(box.findData(data))
+
+
+def add_entry(menu: QMenu, text: str, run: Callable[[], object], **settings: Any) -> None:
+    """Add an entry with this text, in which ``&`` is no mnemonic, to a menu; see ``make`` for ``settings``."""
+    menu.addAction(make(QAction, text.replace("&", "&&"), menu, triggered=lambda: run(), **settings))
+
+
+def accept_buttons(dialog: QDialog, text: str, accepted: Callable[[], None]) -> tuple[QDialogButtonBox, QPushButton]:
+    """Construct the buttons of a dialog, *Cancel* and one with this text; return them and the latter."""
+    cancel = QDialogButtonBox.StandardButton.Cancel
+    box = make(QDialogButtonBox, cancel, dialog, accepted=accepted, rejected=dialog.reject)
+    return box, box.addButton(text, QDialogButtonBox.ButtonRole.AcceptRole)
+
+
 def column_layout(
-    *parts: Part, parent: QWidget | None = None, spacing: int = 8, stretch: QWidget | None = None
+    *parts: Part,
+    parent: QWidget | None = None,
+    spacing: int = 8,
+    stretch: QWidget | None = None,
+    margins: Margins | None = NO_MARGINS,
 ) -> QVBoxLayout:
-    """Lay out parts from top to bottom without margins; see ``row_layout``."""
+    """Lay out parts from top to bottom; see ``row_layout``."""
     layout = QVBoxLayout() if parent is None else QVBoxLayout(parent)
-    return _filled(layout, parts, spacing, stretch)
+    return _filled(layout, parts, spacing, stretch, margins)
 
 
 def row_layout(
-    *parts: Part, parent: QWidget | None = None, spacing: int = 8, stretch: QWidget | None = None
+    *parts: Part,
+    parent: QWidget | None = None,
+    spacing: int = 8,
+    stretch: QWidget | None = None,
+    margins: Margins | None = NO_MARGINS,
 ) -> QHBoxLayout:
-    """Lay out parts from left to right without margins.
+    """Lay out parts from left to right.
 
     Args:
         parts: Widgets and layouts; None for a gap that takes the remaining space.
         parent: Widget that is laid out; None for a layout within another.
-        spacing: Distance between parts [px].
+        spacing: Distance between parts [px]; ``STYLE_SPACING`` for that of the style.
         stretch: The widget that takes the remaining space.
+        margins: Left, upper, right and lower margin [px]; None for those of the style.
     """
     layout = QHBoxLayout() if parent is None else QHBoxLayout(parent)
-    return _filled(layout, parts, spacing, stretch)
+    return _filled(layout, parts, spacing, stretch, margins)
 
 
 L = TypeVar("L", bound=QBoxLayout)
 
 
-def _filled(layout: L, parts: Iterable[Part], spacing: int, stretch: QWidget | None) -> L:
-    layout.setContentsMargins(0, 0, 0, 0)
+def _filled(layout: L, parts: Iterable[Part], spacing: int, stretch: QWidget | None, margins: Margins | None) -> L:
+    if margins is not None:
+        layout.setContentsMargins(*margins)
     layout.setSpacing(spacing)
     for part in parts:
         if part is None:

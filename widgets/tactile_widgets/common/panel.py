@@ -6,7 +6,7 @@ is a combo box with text and a chevron, and a frame only under the pointer or wi
 
 from __future__ import annotations
 
-from PySide6.QtCore import QPoint, QPointF, QRectF, QSize, Qt, QTimer, Signal
+from PySide6.QtCore import QPoint, QPointF, QRectF, QSignalBlocker, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import (
     QContextMenuEvent,
     QFont,
@@ -23,20 +23,18 @@ from PySide6.QtWidgets import (
     QAbstractButton,
     QComboBox,
     QGridLayout,
-    QHBoxLayout,
     QLabel,
     QMenu,
     QSizePolicy,
     QSlider,
     QToolButton,
-    QVBoxLayout,
     QWidget,
 )
 
 from tactile_maps.session.frame import Frame
 from tactile_maps.session.prepare import PreparedScene
 from tactile_widgets.common.colours import Theme
-from tactile_widgets.common.make import caption_label
+from tactile_widgets.common.make import DELETED_ON_CLOSE, add_entry, caption_label, column_layout, make, row_layout
 from tactile_widgets.common.number_field import NumberField, guard_wheel
 
 _HEADING_CHEVRON = 4.0
@@ -141,20 +139,11 @@ class Panel(QWidget):
         self._heading.clicked.connect(self.folded_changed)
         self._heading.menu_requested.connect(self._show_menu)
         self.undocked = False
-        self.column = QVBoxLayout(self._body)
-        self.column.setContentsMargins(0, 0, 0, 0)
-        self.column.setSpacing(8)
-        whole = QVBoxLayout(self)
-        whole.setContentsMargins(12, 12, 12, 4)
-        whole.setSpacing(8)
-        top = QHBoxLayout()
-        top.setSpacing(8)
-        top.addWidget(self._heading, 1)
+        self.column = column_layout(parent=self._body)
         self.help = self._help_button()
-        top.addWidget(self.help)
-        whole.addLayout(top)
         self._reason: QLabel | None = None
-        whole.addWidget(self._body)
+        top = row_layout(self._heading, self.help, stretch=self._heading)
+        column_layout(top, self._body, parent=self, margins=(12, 12, 12, 4))
 
     def set_heading(self, text: str) -> None:
         """Set the text of the heading, such as with a count."""
@@ -162,25 +151,25 @@ class Panel(QWidget):
         self._heading.update()
 
     def _help_button(self) -> QToolButton:
-        button = QToolButton(self)
-        button.setObjectName(f"{self.objectName()}-help")
-        button.setText("?")
-        button.setAutoRaise(True)
-        button.setFixedSize(_HELP_PX, _HELP_PX)
-        button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        button.setToolTip("What is this? Opens the guide")
-        button.setAccessibleName(f"What is {self.accessibleName()}?")
-        button.clicked.connect(self.help_requested)
-        return button
+        return make(
+            QToolButton,
+            self,
+            objectName=f"{self.objectName()}-help",
+            text="?",
+            autoRaise=True,
+            fixedSize=QSize(_HELP_PX, _HELP_PX),
+            focusPolicy=Qt.FocusPolicy.TabFocus,
+            toolTip="What is this? Opens the guide",
+            accessibleName=f"What is {self.accessibleName()}?",
+            clicked=self.help_requested,
+        )
 
     def _show_menu(self, place: QPoint) -> None:
-        menu = QMenu(self)
-        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        menu.addAction("Unfold" if self.folded else "Fold").triggered.connect(self._heading.click)
-        undock = menu.addAction("Back to the column" if self.undocked else "Undock")
-        undock.setObjectName("undock")
-        undock.triggered.connect(self.undock_requested)
-        menu.addAction("What is this?").triggered.connect(self.help_requested)
+        menu = make(QMenu, self, attribute=DELETED_ON_CLOSE)
+        add_entry(menu, "Unfold" if self.folded else "Fold", self._heading.click)
+        words = "Back to the column" if self.undocked else "Undock"
+        add_entry(menu, words, self.undock_requested.emit, objectName="undock")
+        add_entry(menu, "What is this?", self.help_requested.emit)
         menu.popup(place)
 
     @property
@@ -262,28 +251,23 @@ class LabelledSlider(QWidget):
         self._rest: float | None = low  # last value of ``rested``; None for mixed values
         self._name, self._value = _ClickableLabel(text, self), NumberField(text, unit, low, high, step, tip, self)
         self._value.valueChanged.connect(self._on_typed)
-        self._slider = QSlider(Qt.Orientation.Horizontal, self)
-        self._slider.setRange(0, round((high - low) / step))
-        self._slider.setAccessibleName(text)
-        self._slider.setToolTip(tip)
-        self._slider.valueChanged.connect(self._on_slider_moved)
-        self._slider.sliderReleased.connect(self._on_rested)
+        self._slider = make(
+            QSlider,
+            Qt.Orientation.Horizontal,
+            self,
+            maximum=round((high - low) / step),
+            accessibleName=text,
+            toolTip=tip,
+            valueChanged=self._on_slider_moved,
+            sliderReleased=self._on_rested,
+        )
         self._name.double_clicked.connect(self.default_requested)
         delete = QShortcut(QKeySequence(Qt.Key.Key_Delete), self._slider)
         delete.setContext(Qt.ShortcutContext.WidgetShortcut)
         delete.activated.connect(self.default_requested)
-        self._quiet = QTimer(self)
-        self._quiet.setSingleShot(True)
-        self._quiet.setInterval(_SETTLE_MS)
-        self._quiet.timeout.connect(self._on_rested)
-        top = QHBoxLayout()
-        top.addWidget(self._name, 1)
-        top.addWidget(self._value)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(2)
-        column.addLayout(top)
-        column.addWidget(self._slider)
+        self._quiet = make(QTimer, self, singleShot=True, interval=_SETTLE_MS, timeout=self._on_rested)
+        top = row_layout(self._name, self._value, spacing=2, stretch=self._name)
+        column_layout(top, self._slider, parent=self, spacing=2)
         self._show()
 
     @property
@@ -296,9 +280,8 @@ class LabelledSlider(QWidget):
         self._number = self._rest = value
         self._quiet.stop()
         near = min(max(value, self._low), self._high)
-        blocked = self._slider.blockSignals(True)
-        self._slider.setValue(round((near - self._low) / self._step))
-        self._slider.blockSignals(blocked)
+        with QSignalBlocker(self._slider):
+            self._slider.setValue(round((near - self._low) / self._step))
         self._show()
 
     @property

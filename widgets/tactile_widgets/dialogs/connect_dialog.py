@@ -10,18 +10,16 @@ from PySide6.QtWidgets import (
     QCheckBox,
     QComboBox,
     QDialog,
-    QDialogButtonBox,
     QFormLayout,
-    QHBoxLayout,
     QLabel,
     QLineEdit,
-    QPushButton,
     QSpinBox,
     QWidget,
 )
 
 from tactile_maps.live.channels.tare import LEAST_TARE
 from tactile_maps.live.sources.open import DEFAULT_PORT, SourceOptions
+from tactile_widgets.common.make import STYLE_SPACING, accept_buttons, make, push_button, row_layout
 from tactile_widgets.common.number_field import guard_wheel
 from tactile_widgets.common.sentence import as_sentence
 from tactile_widgets.dialogs.dialogs import Dialogs
@@ -77,23 +75,17 @@ class ConnectDialog(QDialog):
         self.calibration, row = self._file_row("Choose the calibration…", "Calibration (*.csv *.toml)")
         self.calibration.setPlaceholderText("None")
         form.addRow("Calibration", row)
-        self.tare = QSpinBox(self)
-        self.tare.setRange(_NO_TARE, 10_000)
-        self.tare.setSpecialValueText("None")
-        self.tare.setSuffix(" readings")
-        self.tare.setToolTip("Number of readings at the start that are used as those of the untouched skin")
+        tip = "Number of readings at the start that are used as those of the untouched skin"
+        self.tare = make(
+            QSpinBox, self, minimum=_NO_TARE, maximum=10_000, specialValueText="None", suffix=" readings", toolTip=tip
+        )
         form.addRow("Tare at start", self.tare)
-        self.inverted = QCheckBox("Values fall under pressure", self)
-        self.inverted.setToolTip("Use a negative gain; a calibration file states the signs of its gains itself")
+        tip = "Use a negative gain; a calibration file states the signs of its gains itself"
+        self.inverted = make(QCheckBox, "Values fall under pressure", self, toolTip=tip)
         form.addRow("Inverted", self.inverted)
-        self.problem = QLabel(self)
-        self.problem.setObjectName("connect-problem")
-        self.problem.setWordWrap(True)
+        self.problem = make(QLabel, self, objectName="connect-problem", wordWrap=True)
         form.addRow(self.problem)
-        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel, self)
-        self.go = buttons.addButton("Connect", QDialogButtonBox.ButtonRole.AcceptRole)
-        buttons.accepted.connect(self._on_accepted)
-        buttons.rejected.connect(self.reject)
+        buttons, self.go = accept_buttons(self, "Connect", self._on_accepted)
         form.addRow(buttons)
         guard_wheel(self)
         self._on_kind_changed(self.kind.currentText())
@@ -125,38 +117,24 @@ class ConnectDialog(QDialog):
     def _file_row(self, title: str, kinds: str) -> tuple[QLineEdit, QWidget]:
         row = QWidget(self)
         edit = QLineEdit(row)
-        button = QPushButton("…", row)
-        button.setToolTip(title)
-        button.setAccessibleName(title)
-        button.setAutoDefault(False)
-        button.setMaximumWidth(32)
 
         def choose() -> None:
             path = self._dialogs.open_file(title, kinds, over=self)
             if path:
                 edit.setText(path)
 
-        button.clicked.connect(choose)
-        line = QHBoxLayout(row)
-        line.setContentsMargins(0, 0, 0, 0)
-        line.addWidget(edit)
-        line.addWidget(button)
+        button = push_button(row, "", "…", title, choose, accessibleName=title, autoDefault=False, maximumWidth=32)
+        row_layout(edit, button, parent=row, spacing=STYLE_SPACING)
         return edit, row
 
     def _token_row(self) -> QWidget:
         row = QWidget(self)
-        self.token = QLineEdit(row)
-        self.token.setPlaceholderText("None")
         use = "required for readings from other computers and to move a robot"
-        self.token.setToolTip(f"Every packet must contain it; {use}. At least 8 characters.")
-        self.make_token = QPushButton("Generate", row)
-        self.make_token.setToolTip("Generate a token and copy it to the clipboard; set the same token in the sender")
-        self.make_token.setAutoDefault(False)
-        self.make_token.clicked.connect(self._on_make_token_clicked)
-        line = QHBoxLayout(row)
-        line.setContentsMargins(0, 0, 0, 0)
-        line.addWidget(self.token)
-        line.addWidget(self.make_token)
+        tip = f"Every packet must contain it; {use}. At least 8 characters."
+        self.token = make(QLineEdit, row, placeholderText="None", toolTip=tip)
+        tip = "Generate a token and copy it to the clipboard; set the same token in the sender"
+        self.make_token = push_button(row, "", "Generate", tip, self._on_make_token_clicked, autoDefault=False)
+        row_layout(self.token, self.make_token, parent=row, spacing=STYLE_SPACING)
         return row
 
     def _on_make_token_clicked(self) -> None:

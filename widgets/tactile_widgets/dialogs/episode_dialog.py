@@ -6,6 +6,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QComboBox, QDialog, QDialogButtonBox, QFormLayout, QLineEdit, QPlainTextEdit, QWidget
 
 from tactile_maps.recording.encoding.annotations import MOST_TEXT, LabelledEpisode, Outcome
+from tactile_widgets.common.make import make
 
 OUTCOMES: dict[str, Outcome | None] = {"Not set": None, "Success": Outcome.SUCCESS, "Failure": Outcome.FAILURE}
 """Outcomes by their displayed names."""
@@ -29,33 +30,35 @@ class EpisodeDialog(QDialog):
         self.setObjectName("episode-dialog")
         self.setWindowTitle("Episode")
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        self.label, self.instruction = QLineEdit(episode.label, self), QPlainTextEdit(episode.instruction, self)
-        self.outcome = QComboBox(self)
-        self._set_up()
-        buttons = QDialogButtonBox(self)
-        buttons.setStandardButtons(QDialogButtonBox.StandardButton.Ok | QDialogButtonBox.StandardButton.Cancel)
-        buttons.accepted.connect(self._on_accepted)
-        buttons.rejected.connect(self.reject)
-        form = QFormLayout(self)
-        form.setSpacing(8)
+        self.label = make(
+            QLineEdit,
+            episode.label,
+            self,
+            objectName="episode-label",
+            maxLength=MOST_TEXT,
+            placeholderText="Like: press the forearm",
+            minimumWidth=320,
+        )
+        self.label.selectAll()
+        self.instruction = make(
+            QPlainTextEdit,
+            episode.instruction,
+            self,
+            objectName="episode-instruction",
+            placeholderText="The task in words, as given to a policy by data sets",
+            fixedHeight=_TEXT_HEIGHT,
+            tabChangesFocus=True,
+        )
+        self.outcome = make(QComboBox, self, objectName="episode-outcome")
+        self.outcome.addItems(list(OUTCOMES))
+        self.outcome.setCurrentIndex(list(OUTCOMES.values()).index(episode.outcome))
+        kinds = QDialogButtonBox.StandardButton.Ok | QDialogButtonBox.StandardButton.Cancel
+        buttons = make(QDialogButtonBox, kinds, self, accepted=self._on_accepted, rejected=self.reject)
+        form = make(QFormLayout, self, spacing=8)
         form.addRow("&Label", self.label)
         form.addRow("&Instruction", self.instruction)
         form.addRow("&Outcome", self.outcome)
         form.addRow(buttons)
-
-    def _set_up(self) -> None:
-        self.label.setObjectName("episode-label")
-        self.label.setMaxLength(MOST_TEXT)
-        self.label.setPlaceholderText("Like: press the forearm")
-        self.label.setMinimumWidth(320)
-        self.label.selectAll()
-        self.instruction.setObjectName("episode-instruction")
-        self.instruction.setPlaceholderText("The task in words, as given to a policy by data sets")
-        self.instruction.setFixedHeight(_TEXT_HEIGHT)
-        self.instruction.setTabChangesFocus(True)
-        self.outcome.setObjectName("episode-outcome")
-        self.outcome.addItems(list(OUTCOMES))
-        self.outcome.setCurrentIndex(list(OUTCOMES.values()).index(self._episode.outcome))
 
     def _on_accepted(self) -> None:
         one = self._episode

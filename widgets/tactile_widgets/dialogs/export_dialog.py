@@ -13,12 +13,11 @@ from PySide6.QtWidgets import (
     QListWidgetItem,
     QPushButton,
     QSpinBox,
-    QVBoxLayout,
     QWidget,
 )
 
 from tactile_maps.export.export import FORMATS
-from tactile_widgets.common.make import make
+from tactile_widgets.common.make import STYLE_SPACING, accept_buttons, column_layout, make, show_text
 from tactile_widgets.dialogs.figures.span_fields import SpanFields
 
 _MOST_FPS = 10_000
@@ -57,20 +56,13 @@ class ExportDialog(QDialog):
         self.note.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self._copy = make(QPushButton, "Copy install command", self, objectName="copy-install", clicked=self._on_copy)
         self._copy.setVisible(bool(self._missing))
-        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel, self)
-        self.export = QPushButton("Export…", self)
-        buttons.addButton(self.export, QDialogButtonBox.ButtonRole.AcceptRole)
+        buttons, self.export = accept_buttons(self, "Export…", self._on_accepted)
         buttons.addButton(self._copy, QDialogButtonBox.ButtonRole.ActionRole)
-        buttons.accepted.connect(self._on_accepted)
-        buttons.rejected.connect(self.reject)
         form = QFormLayout()
         form.addRow("Format", self.formats)
         self.part.add_to(form)
         form.addRow("Rows per second", self.fps)
-        whole = QVBoxLayout(self)
-        whole.addLayout(form)
-        whole.addWidget(self.note)
-        whole.addWidget(buttons)
+        column_layout(form, self.note, buttons, parent=self, spacing=STYLE_SPACING, margins=None)
         self.resize(520, 0)
         self.part.changed.connect(self._on_changed)
         self.formats.currentRowChanged.connect(self._on_changed)
@@ -97,8 +89,7 @@ class ExportDialog(QDialog):
             lines = ["The end must not be before the beginning."]
         elif lines:
             lines.insert(0, "Formats that are not installed need one of these commands and a new start:")
-        self.note.setText("\n".join(lines))
-        self.note.setVisible(bool(lines))
+        show_text(self.note, "\n".join(lines))
 
     def _on_copy(self) -> None:
         QGuiApplication.clipboard().setText("\n".join(self._missing))

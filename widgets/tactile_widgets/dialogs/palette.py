@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QKeyEvent
-from PySide6.QtWidgets import QDialog, QLineEdit, QListWidget, QListWidgetItem, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QDialog, QLineEdit, QListWidget, QListWidgetItem, QWidget
 
-from tactile_widgets.common.make import make
+from tactile_widgets.common.make import STYLE_SPACING, column_layout, make
 
 MOST = 60
 """Maximum number of listed entries."""
@@ -94,9 +94,7 @@ class CommandPalette(QDialog):
             QListWidget, self, objectName="palette-list", focusPolicy=no_focus, itemClicked=self._on_chosen
         )
         self.field.installEventFilter(self)
-        column = QVBoxLayout(self)
-        column.addWidget(self.field)
-        column.addWidget(self.list)
+        column_layout(self.field, self.list, parent=self, spacing=STYLE_SPACING, margins=None)
         self.resize(WIDTH, HEIGHT)
 
     def ask(self, commands: Sequence[Command]) -> None:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QFont, QPalette
-from PySide6.QtWidgets import QCheckBox, QDialog, QLabel, QLineEdit, QListWidget, QListWidgetItem, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QCheckBox, QDialog, QLineEdit, QListWidget, QListWidgetItem, QWidget
 
-from tactile_widgets.common.make import resize_on_screen
+from tactile_widgets.common.make import STYLE_SPACING, caption_label, column_layout, make, resize_on_screen
 from tactile_widgets.plots.choice.plot_choice import PlotKey
 from tactile_widgets.plots.live_plots import PlotGroup
 
@@ -37,27 +37,34 @@ class PlotChooser(QDialog):
         self._find_taxels = find_taxels
         self._groups = tuple[PlotGroup, ...]()
         self._shown: frozenset[PlotKey] = frozenset()
-        self.automatic = QCheckBox("Standard plots follow the controller", self)
-        self.automatic.setToolTip("Show the standard plots that apply to the controller")
-        self.field = QLineEdit(self)
-        self.list = QListWidget(self)
-        self.field.setObjectName("plot-field")
-        self.field.setPlaceholderText("Joint, link, limit, event, or the number of a taxel")
-        self.field.setClearButtonEnabled(True)
-        self.list.setObjectName("plot-list")
-        self.list.setAccessibleName("Plots")
-        self.list.setFrameShape(QListWidget.Shape.NoFrame)
+        self.automatic = make(
+            QCheckBox,
+            "Standard plots follow the controller",
+            self,
+            toolTip="Show the standard plots that apply to the controller",
+            clicked=self.automatic_toggled,
+        )
+        self.field = make(
+            QLineEdit,
+            self,
+            objectName="plot-field",
+            placeholderText="Joint, link, limit, event, or the number of a taxel",
+            clearButtonEnabled=True,
+            textChanged=self._fill,
+        )
+        self.list = make(
+            QListWidget,
+            self,
+            objectName="plot-list",
+            accessibleName="Plots",
+            frameShape=QListWidget.Shape.NoFrame,
+            horizontalScrollBarPolicy=Qt.ScrollBarPolicy.ScrollBarAlwaysOff,
+            itemChanged=self._on_item_changed,
+        )
         self.list.viewport().setBackgroundRole(QPalette.ColorRole.Window)  # unchecked boxes have the colour of a list
-        self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self.field.textChanged.connect(self._fill)
-        self.list.itemChanged.connect(self._on_item_changed)
-        self.automatic.clicked.connect(self.automatic_toggled)
-        note = QLabel("Drag a plot to move it, double-click to enlarge it, right-click for more.", self)
-        note.setProperty("role", "caption")
-        note.setWordWrap(True)
-        column = QVBoxLayout(self)
-        for part in (self.field, self.automatic, self.list, note):
-            column.addWidget(part)
+        note = caption_label(self, text="Drag a plot to move it, double-click to enlarge it, right-click for more.")
+        parts = (self.field, self.automatic, self.list, note)
+        column_layout(*parts, parent=self, spacing=STYLE_SPACING, margins=None)
         resize_on_screen(self, *_SIZE)
 
     def offer(self, groups: Sequence[PlotGroup], shown: Collection[PlotKey], *, automatic: bool) -> None:
@@ -72,17 +79,16 @@ class PlotChooser(QDialog):
         typed = self.field.text().strip().lower()
         row = self.list.currentRow()
         place = bar.value()
-        self.list.blockSignals(True)
-        self.list.clear()
-        for group in self._with_taxels(typed):
-            whole = typed in group.title.lower()
-            keys = [key for key in group.keys if whole or typed in key.title.lower() or group.title == "Taxels"]
-            if keys:
-                self._add_heading(group.title)
-                for key in keys:
-                    self._add(key)
-        self.list.setCurrentRow(row)
-        self.list.blockSignals(False)
+        with QSignalBlocker(self.list):
+            self.list.clear()
+            for group in self._with_taxels(typed):
+                whole = typed in group.title.lower()
+                keys = [key for key in group.keys if whole or typed in key.title.lower() or group.title == "Taxels"]
+                if keys:
+                    self._add_heading(group.title)
+                    for key in keys:
+                        self._add(key)
+            self.list.setCurrentRow(row)
         bar.setValue(place)
 
     def _with_taxels(self, typed: str) -> tuple[PlotGroup, ...]:

@@ -14,14 +14,12 @@ from PySide6.QtWidgets import (
     QDialog,
     QDialogButtonBox,
     QFormLayout,
-    QHBoxLayout,
     QLineEdit,
     QPushButton,
-    QVBoxLayout,
     QWidget,
 )
 
-from tactile_widgets.common.make import make
+from tactile_widgets.common.make import STYLE_SPACING, add_items, column_layout, make, row_layout, select_data
 from tactile_widgets.common.settings import FRAME_RATES, NavigationStyle, Preferences, Question
 
 _THEMES = {"Dark": "dark", "Light": "light"}
@@ -82,33 +80,25 @@ class PreferencesDialog(QDialog):
 
     def _choice(self, name: str, choices: Mapping[str, object], tip: str) -> QComboBox:
         box = make(QComboBox, self, objectName=name, toolTip=tip)
-        for words, value in choices.items():
-            box.addItem(words, value)
+        add_items(box, ((words, value, "") for words, value in choices.items()))
         return box
 
     def _lay_out(self) -> None:
         form = QFormLayout()
-        folder = QHBoxLayout()
-        folder.addWidget(self.folder, 1)
-        folder.addWidget(self.choose)
         self.folder.setAccessibleName("Recordings")
-        form.addRow("Recordings", folder)
+        form.addRow("Recordings", row_layout(self.folder, self.choose, spacing=STYLE_SPACING, stretch=self.folder))
         rows = {"Theme": self.theme, "Mouse": self.navigation, "Robot view": self.rate, "Joint angles": self.angles}
         for words, control in rows.items():
             control.setAccessibleName(words)
             form.addRow(words, control)
         for number, check in enumerate(self.questions.values()):
             form.addRow("" if number else "Questions", check)
-        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close, self)
-        self.restore = QPushButton("Restore defaults", self)
-        self.restore.clicked.connect(self._on_restore)
+        buttons = make(QDialogButtonBox, QDialogButtonBox.StandardButton.Close, self, rejected=self.reject)
+        self.restore = make(QPushButton, "Restore defaults", self, clicked=self._on_restore)
         buttons.addButton(self.restore, QDialogButtonBox.ButtonRole.ResetRole)
         for button in buttons.buttons():  # Return enters the folder, and presses no button
             cast("QPushButton", button).setAutoDefault(False)
-        buttons.rejected.connect(self.reject)
-        whole = QVBoxLayout(self)
-        whole.addLayout(form)
-        whole.addWidget(buttons)
+        column_layout(form, buttons, parent=self, spacing=STYLE_SPACING, margins=None)
         self.resize(600, 0)
 
     def show_preferences(self, preferences: Preferences) -> None:
@@ -117,7 +107,7 @@ class PreferencesDialog(QDialog):
         self.folder.setText(preferences.recordings or str(self._default_folder))
         values = (preferences.theme, preferences.navigation, preferences.frame_rate, preferences.radians)
         for box, value in zip((self.theme, self.navigation, self.rate, self.angles), values, strict=True):
-            box.setCurrentIndex(box.findData(value))
+            select_data(box, value)
         for question, check in self.questions.items():
             check.setChecked(preferences.asks(question))
 

@@ -15,7 +15,6 @@ from PySide6.QtGui import QIcon, QImage, QKeySequence, QPixmap, QShortcut
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QDialog,
-    QHBoxLayout,
     QHeaderView,
     QLabel,
     QLineEdit,
@@ -23,7 +22,6 @@ from PySide6.QtWidgets import (
     QPushButton,
     QTableWidget,
     QTableWidgetItem,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -31,7 +29,15 @@ from tactile_maps.maps.pressure_colours import rounded_scale
 from tactile_maps.recording.encoding.annotations import Annotations, Outcome
 from tactile_maps.recording.overview.summary import RecordingSummary
 from tactile_widgets.common.colours import PressureScale
-from tactile_widgets.common.make import push_button, resize_on_screen
+from tactile_widgets.common.make import (
+    DELETED_ON_CLOSE,
+    add_entry,
+    column_layout,
+    make,
+    push_button,
+    resize_on_screen,
+    row_layout,
+)
 from tactile_widgets.plots.timeline.playhead import clock_text
 
 _COLUMNS = ("Recording", "Length", "Robot", "Scene", "Taxels", "Outcome", "Label", "Recorded")
@@ -71,55 +77,53 @@ class RecordingsDialog(QDialog):
         self._summaries: dict[Path, RecordingSummary] = {}
         self._paths: list[Path] = []
         self.overlay_possible = False
-        self.search = QLineEdit(self)
-        self.table = QTableWidget(0, len(_COLUMNS), self)
+        self.search = make(
+            QLineEdit,
+            self,
+            objectName="recordings-search",
+            placeholderText="Search by name, robot, scene or label",
+            clearButtonEnabled=True,
+            textChanged=self._filter,
+        )
+        self.table = self._make_table()
         self.folder = QLabel(self)
-        self.note = QLabel(self)
+        self.note = make(QLabel, self, wordWrap=True)
         self._buttons: dict[str, QPushButton] = {}
         self._replay = partial(self._request, self.replay_requested)
         self._delete = partial(self._request, self.delete_requested)
-        self._set_up()
+        self.table.doubleClicked.connect(self._replay)
+        QShortcut(QKeySequence(Qt.Key.Key_Delete), self.table, self._delete, context=Qt.ShortcutContext.WidgetShortcut)
         self._lay_out()
         self._show_selected()
 
-    def _set_up(self) -> None:
-        self.search.setObjectName("recordings-search")
-        self.search.setPlaceholderText("Search by name, robot, scene or label")
-        self.search.setClearButtonEnabled(True)
-        self.search.textChanged.connect(self._filter)
-        table = self.table
-        table.setObjectName("recordings-table")
-        table.setAccessibleName("Recordings, the newest first")
-        table.setHorizontalHeaderLabels(_COLUMNS)
-        table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
-        table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
-        table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
-        table.setIconSize(_PICTURE)
-        table.setShowGrid(False)
-        table.setWordWrap(False)
+    def _make_table(self) -> QTableWidget:
+        table = make(
+            QTableWidget,
+            0,
+            len(_COLUMNS),
+            self,
+            objectName="recordings-table",
+            accessibleName="Recordings, the newest first",
+            horizontalHeaderLabels=_COLUMNS,
+            selectionBehavior=QAbstractItemView.SelectionBehavior.SelectRows,
+            selectionMode=QAbstractItemView.SelectionMode.SingleSelection,
+            editTriggers=QAbstractItemView.EditTrigger.NoEditTriggers,
+            iconSize=_PICTURE,
+            showGrid=False,
+            wordWrap=False,
+            contextMenuPolicy=Qt.ContextMenuPolicy.CustomContextMenu,
+            customContextMenuRequested=self._open_menu,
+            itemSelectionChanged=self._show_selected,
+        )
         table.verticalHeader().hide()
         table.verticalHeader().setDefaultSectionSize(_PICTURE.height() + 8)
         table.horizontalHeader().setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
         table.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         table.horizontalHeader().setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
-        table.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
-        table.customContextMenuRequested.connect(self._open_menu)
-        table.itemSelectionChanged.connect(self._show_selected)
-        table.doubleClicked.connect(self._replay)
-        QShortcut(
-            QKeySequence(Qt.Key.Key_Delete),
-            table,
-            self._delete,
-            context=Qt.ShortcutContext.WidgetShortcut,
-        )
-        self.note.setWordWrap(True)
+        return table
 
     def _lay_out(self) -> None:
-        top = QHBoxLayout()
-        bottom = QHBoxLayout()
-        top.addWidget(self.folder, 1)
         choose = push_button(self, "recordings-folder", "Choose folder…", "", self.folder_requested, autoDefault=False)
-        top.addWidget(choose)
         overlay = partial(self._request, self.overlay_requested)
         for name, words, tip, act in (
             ("replay", "Replay", "Open the recording (double click)", self._replay),
@@ -129,25 +133,14 @@ class RecordingsDialog(QDialog):
             ("clear", "Clear", "Remove the outcome", partial(self._judge, None)),
             ("label", "Label…", "Set its label", self._label),
             ("show", "Show in folder", "Show the folder of its file", partial(self._request, self.show_requested)),
-            (
-                "delete",
-                "Delete…",
-                "Move its file and annotations to the trash (Delete)",
-                self._delete,
-            ),
+            ("delete", "Delete…", "Move its file and annotations to the trash (Delete)", self._delete),
         ):
-            button = push_button(self, f"recordings-{name}", words, tip, act, autoDefault=False)
-            self._buttons[name] = button
-            bottom.addWidget(button)
-        bottom.addStretch(1)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(12, 12, 12, 12)
-        column.setSpacing(8)
-        column.addLayout(top)
-        column.addWidget(self.search)
-        column.addWidget(self.table, 1)
-        column.addWidget(self.note)
-        column.addLayout(bottom)
+            self._buttons[name] = push_button(self, f"recordings-{name}", words, tip, act, autoDefault=False)
+        top = row_layout(self.folder, choose, stretch=self.folder)
+        bottom = row_layout(*self._buttons.values(), None)
+        column_layout(
+            top, self.search, self.table, self.note, bottom, parent=self, stretch=self.table, margins=(12, 12, 12, 12)
+        )
 
     def show_folder(self, folder: Path, paths: Sequence[Path], more: int) -> None:
         """List files of a folder; ``more`` older ones are left out."""
@@ -248,12 +241,9 @@ class RecordingsDialog(QDialog):
     def _open_menu(self, place: QPoint) -> None:
         if self.selected is None:
             return
-        menu = QMenu(self)
-        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        menu = make(QMenu, self, attribute=DELETED_ON_CLOSE)
         for button in self._buttons.values():
-            entry = menu.addAction(button.text())
-            entry.setEnabled(button.isEnabled())
-            entry.triggered.connect(button.click)
+            add_entry(menu, button.text(), button.click, enabled=button.isEnabled())
         menu.popup(self.table.viewport().mapToGlobal(place))
 
 

@@ -11,13 +11,10 @@ from PySide6.QtWidgets import (
     QComboBox,
     QDialog,
     QFormLayout,
-    QHBoxLayout,
     QLabel,
     QLineEdit,
-    QPushButton,
     QSplitter,
     QTableView,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -25,7 +22,7 @@ from tactile_maps.core.errors import UsageError, counted
 from tactile_maps.studies.base.rows import Row, distinct
 from tactile_maps.studies.running.study_table import StudyTable, TablePoint, only, table_points
 from tactile_widgets.common.colours import Theme
-from tactile_widgets.common.make import resize_on_screen
+from tactile_widgets.common.make import STYLE_SPACING, column_layout, make, push_button, resize_on_screen, row_layout
 from tactile_widgets.plots.study_plot import StudyPlot, cell_text
 
 _Index = QModelIndex | QPersistentModelIndex
@@ -89,75 +86,72 @@ class StudyDialog(QDialog):
         self.points: list[TablePoint] = []
         self._rows: list[Row] = list(table.rows)
         self.factor, self.measure, self.curves = (self._choice(name) for name in ("factor", "measure", "curves"))
-        self.only = QLineEdit(self)
-        self.note = QLabel(self)
+        self.only = make(
+            QLineEdit,
+            self,
+            objectName="study-only",
+            placeholderText="all; or column=value, column=value",
+            toolTip="Draw and list only rows that meet all conditions, e.g. robot=arm, factor=pitch",
+            clearButtonEnabled=True,
+        )
+        self.note = make(QLabel, self, objectName="study-note", wordWrap=True)
         self.plot = StudyPlot(theme, self)
         self.model = RowsModel(table.columns, self)
-        self.view = QTableView(self)
-        self.all_rows = QPushButton("All rows", self)
-        self.replay = QPushButton("Replay this run", self)
+        self.view = self._make_view()
+        self.all_rows = push_button(
+            self, "study-all-rows", "All rows", "", lambda: self.show_point(None), autoDefault=False
+        )
+        tip = no_replay or "Simulate the run of the selected row again, and open it as a recording"
+        self.replay = push_button(self, "study-replay", "Replay this run", tip, self._replay, autoDefault=False)
         self._lay_out()
         self._fill()
         for box in (self.factor, self.measure, self.curves):
             box.currentIndexChanged.connect(self._draw)
         self.only.editingFinished.connect(self._draw)
         self.plot.chosen.connect(self.show_point)
-        self.all_rows.clicked.connect(lambda: self.show_point(None))
         self._draw()
 
     def _choice(self, name: str) -> QComboBox:
-        box = QComboBox(self)
-        box.setObjectName(f"study-{name}")
-        box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
-        box.setMinimumContentsLength(14)
-        return box
+        return make(
+            QComboBox,
+            self,
+            objectName=f"study-{name}",
+            sizeAdjustPolicy=QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon,
+            minimumContentsLength=14,
+        )
+
+    def _make_view(self) -> QTableView:
+        view = make(
+            QTableView,
+            self,
+            model=self.model,
+            objectName="study-rows",
+            accessibleName="Rows of the study",
+            selectionMode=QAbstractItemView.SelectionMode.SingleSelection,
+            selectionBehavior=QAbstractItemView.SelectionBehavior.SelectRows,
+            showGrid=False,
+            wordWrap=False,
+        )
+        view.selectionModel().selectionChanged.connect(self._enable_replay)
+        view.verticalHeader().setDefaultSectionSize(22)
+        return view
 
     def _lay_out(self) -> None:
-        self.only.setObjectName("study-only")
-        self.only.setPlaceholderText("all; or column=value, column=value")
-        self.only.setToolTip("Draw and list only rows that meet all conditions, e.g. robot=arm, factor=pitch")
-        self.only.setClearButtonEnabled(True)
-        self.note.setWordWrap(True)
-        self.note.setObjectName("study-note")
-        self.all_rows.setObjectName("study-all-rows")
-        self.all_rows.setAutoDefault(False)
-        self.replay.setObjectName("study-replay")
-        self.replay.setAutoDefault(False)
-        tip = "Simulate the run of the selected row again, and open it as a recording"
-        self.replay.setToolTip(self._no_replay or tip)
-        self.replay.clicked.connect(self._replay)
-        self.view.setModel(self.model)
-        self.view.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
-        self.view.selectionModel().selectionChanged.connect(self._enable_replay)
-        self.view.setObjectName("study-rows")
-        self.view.setAccessibleName("Rows of the study")
-        self.view.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
-        self.view.setShowGrid(False)
-        self.view.setWordWrap(False)
-        self.view.verticalHeader().setDefaultSectionSize(22)
-        left = QWidget(self)
-        right = QWidget(self)
-        ends = QSplitter(Qt.Orientation.Horizontal, self)
         form = QFormLayout()
-        drawn = QVBoxLayout(left)
-        listed = QVBoxLayout(right)
-        foot = QHBoxLayout()
         form.addRow("Factor", self.factor)
         form.addRow("Measure", self.measure)
         form.addRow("Curves by", self.curves)
         form.addRow("Only rows", self.only)
-        drawn.addLayout(form)
-        drawn.addWidget(self.plot, 1)
-        foot.addWidget(self.note, 1)
-        foot.addWidget(self.all_rows)
-        foot.addWidget(self.replay)
-        listed.addWidget(self.view, 1)
-        listed.addLayout(foot)
-        ends.addWidget(left)
-        ends.addWidget(right)
+        foot = row_layout(self.note, self.all_rows, self.replay, spacing=STYLE_SPACING, stretch=self.note)
+        drawn = QWidget(self)
+        listed = QWidget(self)
+        column_layout(form, self.plot, parent=drawn, spacing=STYLE_SPACING, stretch=self.plot, margins=None)
+        column_layout(self.view, foot, parent=listed, spacing=STYLE_SPACING, stretch=self.view, margins=None)
+        ends = QSplitter(Qt.Orientation.Horizontal, self)
+        ends.addWidget(drawn)
+        ends.addWidget(listed)
         ends.setSizes([620, 500])
-        column = QVBoxLayout(self)
-        column.addWidget(ends)
+        column_layout(ends, parent=self, spacing=STYLE_SPACING, margins=None)
 
     def _fill(self) -> None:
         """List the columns, and choose the most informative factor and curves."""

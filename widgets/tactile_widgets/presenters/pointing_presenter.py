@@ -8,7 +8,7 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from PySide6.QtCore import QPoint, Qt
+from PySide6.QtCore import QPoint
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QMenu, QWidget
 
@@ -20,7 +20,7 @@ from tactile_maps.session.frame import Frame
 from tactile_maps.session.prepare import PreparedScene
 from tactile_maps.skin.model.skin import Skin
 from tactile_maps.tactile.poke import PokeState
-from tactile_widgets.actions.mnemonics import with_mnemonic
+from tactile_widgets.common.make import DELETED_ON_CLOSE, add_entry, make
 from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.context.presenter import Presenter
 from tactile_widgets.document.map_editor import MapEditor
@@ -132,13 +132,9 @@ class PointingPresenter(Presenter):
         actions = [*self.actions(pointed)]
         if not actions:
             return
-        menu = self.menu = QMenu(self._window)
-        menu.setObjectName("pointed-menu")
-        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        menu = self.menu = make(QMenu, self._window, objectName="pointed-menu", attribute=DELETED_ON_CLOSE)
         for action in actions:
-            entry = menu.addAction(with_mnemonic(action.text, ""))
-            entry.setObjectName(f"pointed-{action.name}")
-            entry.triggered.connect(lambda _checked=False, run=action.run: run())
+            add_entry(menu, action.text, action.run, objectName=f"pointed-{action.name}")
         menu.popup(place)
 
     def resolve(self, hit: PointedAt) -> Pointed:

@@ -6,6 +6,7 @@ A view is created when it is switched on and deleted when it is switched off, so
 from __future__ import annotations
 
 from collections.abc import Collection
+from functools import partial
 
 from PySide6.QtCore import QObject, Qt, QTimer
 from PySide6.QtGui import QCloseEvent
@@ -15,6 +16,7 @@ from tactile_maps.session.frame import Frame
 from tactile_maps.session.link_levels import LinkLevels
 from tactile_maps.session.prepare import PreparedScene
 from tactile_widgets.common.colours import Theme
+from tactile_widgets.common.make import add_entry
 from tactile_widgets.common.settings import NavigationStyle
 from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.overlays.taxel_faults import TaxelFaults
@@ -146,12 +148,10 @@ class MoreViews(QObject):
         bodies += [] if prepared is None else [(body.spec.name, body.mesh) for body in prepared.objects]
         for number, (name, mesh) in enumerate(bodies):
             if mesh is not None and len(mesh.vertices):
-                item = menu.addAction(name.replace("_", " ").replace("&", "&&"))
-                item.setObjectName(f"frame-{name}")
-                item.setToolTip(f"Frame {name.replace('_', ' ')} from the current viewing direction")
-                item.triggered.connect(
-                    lambda _checked=False, number=number: self._context.views.robot.display.frame_body(number)
-                )
+                words = name.replace("_", " ")
+                tip = f"Frame {words} from the current viewing direction"
+                frame = partial(self._context.views.robot.display.frame_body, number)
+                add_entry(menu, words, frame, objectName=f"frame-{name}", toolTip=tip)
         if menu.isEmpty():
             menu.addAction("No robot yet").setEnabled(False)
 

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from PySide6.QtCore import QObject, Qt, Signal
 from PySide6.QtGui import QCloseEvent
 from PySide6.QtWidgets import QDockWidget, QMainWindow, QMenu, QScrollArea
 
+from tactile_widgets.common.make import add_entry
 from tactile_widgets.common.panel import SLIM_SCROLL_BAR, Panel
 from tactile_widgets.common.settings import Settings, WindowLayout
 from tactile_widgets.context.app_context import AppContext
@@ -134,8 +137,7 @@ class PanelDocks(QObject):
         """List the saved layouts."""
         menu.clear()
         for name in self._settings.layouts:
-            item = menu.addAction(name.replace("&", "&&"))
-            item.triggered.connect(lambda _checked=False, name=name: self._take(name))
+            add_entry(menu, name, partial(self._take, name))
         if menu.isEmpty():
             menu.addAction("No saved layouts").setEnabled(False)
 

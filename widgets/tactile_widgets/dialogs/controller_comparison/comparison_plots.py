@@ -12,11 +12,12 @@ import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import QPointF, QSize, Qt
 from PySide6.QtGui import QColor, QFont, QPainter, QPaintEvent, QPen
-from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QLabel, QWidget
 
 from tactile_maps.core.arrays import FloatArray
 from tactile_maps.studies.controller_comparison import ControllerTrace
 from tactile_widgets.common.colours import Theme
+from tactile_widgets.common.make import column_layout
 from tactile_widgets.plots.curve_legend import curve_colour
 from tactile_widgets.plots.traces.plot_canvas import PlotCanvas
 
@@ -98,9 +99,7 @@ class ComparisonPlots(QWidget):
         self._caption.setPixelSize(11)
         self.plots: dict[str, PlotCanvas] = {}
         self._titles: list[QLabel] = []
-        self._column = QVBoxLayout(self)
-        self._column.setContentsMargins(0, 0, 0, 0)
-        self._column.setSpacing(2)
+        self._column = column_layout(parent=self, spacing=2)
         for quantity in QUANTITIES:
             self._add(quantity.name, quantity.title, quantity.share)
         self._add("limits", LIMITED, 1)

@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import QSignalBlocker, Signal
 from PySide6.QtWidgets import (
     QDoubleSpinBox,
-    QHBoxLayout,
     QLabel,
-    QPushButton,
     QToolButton,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -20,7 +17,15 @@ from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.studies.controller_comparison import MOST_SECONDS
 from tactile_widgets.common.colours import Theme
 from tactile_widgets.common.controller_settings import GAIN_SETTINGS, SLIDERS, ControllerSliders
-from tactile_widgets.common.make import caption_label, make
+from tactile_widgets.common.make import (
+    add_items,
+    caption_label,
+    column_layout,
+    make,
+    push_button,
+    row_layout,
+    select_data,
+)
 from tactile_widgets.common.number_field import guard_wheel
 from tactile_widgets.common.panel import FlatComboBox
 from tactile_widgets.common.sentence import as_sentence
@@ -44,17 +49,34 @@ class ContenderCard(QWidget):
         self.letter = letter
         self.setObjectName(f"contender-{letter}")
         self._stroke = LineSample(letter, theme, self)
-        self._controller = FlatComboBox(self)
-        self._gains = QPushButton("Gains", self)
-        self._remove = QToolButton(self)
-        names = [name for name in GAIN_SETTINGS if name in SLIDERS]
-        self.sliders = ControllerSliders(names, self)
+        self._controller = make(
+            FlatComboBox,
+            self,
+            objectName=f"contender-controller-{letter}",
+            accessibleName=f"Controller of {letter}",
+            minimumContentsLength=_SHORTEST,
+            activated=self._on_controller_chosen,
+        )
+        add_items(self._controller, ((entry.title, name, entry.tip) for name, entry in CONTROLLERS.items()))
+        tip = f"Show the gains of {letter}"
+        gains = self._gains = push_button(self, f"contender-gains-{letter}", "Gains", tip, checkable=True)
+        tip = f"Leave {letter} out"
+        remove = self._remove = make(
+            QToolButton,
+            self,
+            text="×",
+            objectName=f"contender-remove-{letter}",
+            accessibleName=tip,
+            toolTip=tip,
+            clicked=self._on_remove_clicked,
+        )
+        self.sliders = ControllerSliders([name for name in GAIN_SETTINGS if name in SLIDERS], self)
         self.sliders.hide()
-        self._lay_out()
-        self._controller.activated.connect(self._on_controller_chosen)
-        self._gains.toggled.connect(self.sliders.setVisible)
-        self._remove.clicked.connect(self._on_remove_clicked)
         self.sliders.settings_edited.connect(self._edit)
+        gains.toggled.connect(self.sliders.setVisible)
+        name = QLabel(f"<b>{letter}</b>", self)
+        row = row_layout(name, self._stroke, self._controller, gains, remove, stretch=self._controller)
+        column_layout(row, self.sliders, parent=self)
         self.show_settings(settings)
 
     @property
@@ -78,38 +100,12 @@ class ContenderCard(QWidget):
     def show_settings(self, settings: ControlSettings) -> None:
         """Show a controller and its gains."""
         self._settings = settings
-        self._controller.setCurrentIndex(self._controller.findData(settings.controller))
+        select_data(self._controller, settings.controller)
         entry = CONTROLLERS[settings.controller]
         self._controller.say(entry.title)
         self._controller.setToolTip(f"{entry.title}: {entry.tip}")
         self.sliders.show_settings(settings)
         self._gains.setEnabled(any(name in effective_settings(settings) for name in self.sliders.by_name))
-
-    def _lay_out(self) -> None:
-        for controller, entry in CONTROLLERS.items():
-            self._controller.addItem(entry.title, controller)
-            self._controller.setItemData(self._controller.count() - 1, entry.tip, Qt.ItemDataRole.ToolTipRole)
-        self._controller.setObjectName(f"contender-controller-{self.letter}")
-        self._controller.setAccessibleName(f"Controller of {self.letter}")
-        self._controller.setSizeAdjustPolicy(FlatComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
-        self._controller.setMinimumContentsLength(_SHORTEST)
-        self._gains.setObjectName(f"contender-gains-{self.letter}")
-        self._gains.setCheckable(True)
-        self._gains.setToolTip(f"Show the gains of {self.letter}")
-        self._remove.setText("×")
-        self._remove.setObjectName(f"contender-remove-{self.letter}")
-        self._remove.setAccessibleName(f"Leave {self.letter} out")
-        self._remove.setToolTip(f"Leave {self.letter} out")
-        row = QHBoxLayout()
-        row.setSpacing(8)
-        row.addWidget(QLabel(f"<b>{self.letter}</b>", self))
-        for widget in (self._stroke, self._controller, self._gains, self._remove):
-            row.addWidget(widget, int(widget is self._controller))
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(8)
-        column.addLayout(row)
-        column.addWidget(self.sliders)
 
     def _edit(self, settings: ControlSettings) -> None:
         self.show_settings(settings)
@@ -154,10 +150,14 @@ class StimulusChoice(QWidget):
         self._task = "recorded"
         self._file_name = ""
         self._seconds_chosen = False
-        self._box = self._choice("stimulus", _SOURCES)
-        self._tasks = self._choice("stimulus-task", _TASKS)
-        self._box.activated.connect(self._on_source_chosen)
-        self._tasks.activated.connect(self._on_task_chosen)
+        self._box = make(
+            FlatComboBox, self, objectName="stimulus", accessibleName="Stimulus", activated=self._on_source_chosen
+        )
+        self._tasks = make(
+            FlatComboBox, self, objectName="stimulus-task", accessibleName="Task", activated=self._on_task_chosen
+        )
+        for box, words in ((self._box, _SOURCES), (self._tasks, _TASKS)):
+            add_items(box, ((text, value, tip) for value, (text, tip) in words.items()))
         self._note = caption_label(self, "stimulus-note")
         tip = "Duration for each controller; a longer stimulus is cut off"
         self.seconds = make(
@@ -172,7 +172,11 @@ class StimulusChoice(QWidget):
             valueChanged=self._on_seconds_changed,
         )
         guard_wheel(self.seconds)
-        self._lay_out()
+        tip = "Use all inputs of the session until now"
+        self.refresh = push_button(self, "stimulus-refresh", "Update", tip, self._on_refresh)
+        name = make(QLabel, "For", self, buddy=self.seconds)
+        row = row_layout(name, self.seconds, self.refresh, stretch=self.seconds)
+        column_layout(self._box, self._note, self._tasks, row, parent=self)
         self._show()
 
     @property
@@ -208,34 +212,6 @@ class StimulusChoice(QWidget):
         self._file_name = stimulus.file
         self._take(FILE)
 
-    def _choice(self, name: str, words: dict[str, tuple[str, str]]) -> FlatComboBox:
-        box = FlatComboBox(self)
-        box.setObjectName(name)
-        box.setSizeAdjustPolicy(FlatComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
-        box.setAccessibleName({"stimulus": "Stimulus", "stimulus-task": "Task"}[name])
-        for value, (text, tip) in words.items():
-            box.addItem(text, value)
-            box.setItemData(box.count() - 1, tip, Qt.ItemDataRole.ToolTipRole)
-        return box
-
-    def _lay_out(self) -> None:
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(8)
-        row = QHBoxLayout()
-        name = QLabel("For", self)
-        name.setBuddy(self.seconds)
-        row.addWidget(name)
-        row.addWidget(self.seconds, 1)
-        self.refresh = QPushButton("Update", self)
-        self.refresh.setObjectName("stimulus-refresh")
-        self.refresh.setToolTip("Use all inputs of the session until now")
-        self.refresh.clicked.connect(self._on_refresh)
-        row.addWidget(self.refresh)
-        for part in (self._box, self._note, self._tasks):
-            column.addWidget(part)
-        column.addLayout(row)
-
     def _on_refresh(self) -> None:
         self._seconds_chosen = False
         self.refresh_requested.emit()
@@ -267,15 +243,14 @@ class StimulusChoice(QWidget):
     def _take_seconds(self) -> None:
         self._seconds_chosen = False
         if self.occasion is not None:
-            blocked = self.seconds.blockSignals(True)
-            self.seconds.setValue(self.occasion.seconds)
-            self.seconds.blockSignals(blocked)
+            with QSignalBlocker(self.seconds):
+                self.seconds.setValue(self.occasion.seconds)
 
     def _show(self) -> None:
         occasion = self.occasion
-        self._box.setCurrentIndex(self._box.findData(self._source))
+        select_data(self._box, self._source)
         self._box.say(self._file_name if self._source == FILE else _SOURCES[self._source][0])
-        self._tasks.setCurrentIndex(self._tasks.findData(self._task))
+        select_data(self._tasks, self._task)
         self._tasks.say(_TASKS[self._task][0])
         self._tasks.setVisible(self._source != SCRIPT)
         self.refresh.setEnabled(self._source == DONE)

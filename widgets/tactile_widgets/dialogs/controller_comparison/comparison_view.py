@@ -13,7 +13,6 @@ from PySide6.QtWidgets import (
     QPushButton,
     QScrollArea,
     QSplitter,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -21,7 +20,16 @@ from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.core.reading_units import THIN
 from tactile_maps.studies.controller_comparison import Contender, ControllerTrace
 from tactile_widgets.common.colours import Theme
-from tactile_widgets.common.make import caption_label, make, progress_bar, push_button, resize_on_screen, show_text
+from tactile_widgets.common.make import (
+    caption_label,
+    column_layout,
+    make,
+    progress_bar,
+    push_button,
+    resize_on_screen,
+    row_layout,
+    show_text,
+)
 from tactile_widgets.common.panel import SLIM_SCROLL_BAR
 from tactile_widgets.dialogs.controller_comparison.comparison_plots import LETTERS, ComparisonPlots
 from tactile_widgets.dialogs.controller_comparison.comparison_setup import ContenderCard, StimulusChoice
@@ -60,11 +68,7 @@ class ComparisonView(QWidget):
         self.stimulus.changed.connect(self._on_edited)
         self._make_left()
         self._make_right()
-        row = QHBoxLayout(self)
-        row.setContentsMargins(16, 16, 16, 16)
-        row.setSpacing(16)
-        row.addWidget(self._left)
-        row.addWidget(self._right, 1)
+        row_layout(self._left, self._right, parent=self, spacing=16, stretch=self._right, margins=(16, 16, 16, 16))
         self.rest()
         self._show_traces()
 
@@ -127,19 +131,13 @@ class ComparisonView(QWidget):
 
     def _make_left(self) -> None:
         content = QWidget()
-        column = QVBoxLayout(content)
-        column.setContentsMargins(0, 0, 8, 0)
-        column.setSpacing(8)
-        column.addWidget(_heading("Controllers", self))
-        self._cards = QVBoxLayout()
-        self._cards.setSpacing(12)
-        column.addLayout(self._cards)
-        self._more = self._button(
-            "comparison-more", "Add a controller", "Add a controller to the comparison", self._on_more
-        )
-        column.addWidget(self._more)
+        self._cards = column_layout(spacing=12)
+        tip = "Add a controller to the comparison"
+        self._more = push_button(self, "comparison-more", "Add a controller", tip, self._on_more)
+        controllers = make(QLabel, "Controllers", self, role="heading")
+        column = column_layout(controllers, self._cards, self._more, parent=content, margins=(0, 0, 8, 0))
         column.addSpacing(8)
-        column.addWidget(_heading("Stimulus", self))
+        column.addWidget(make(QLabel, "Stimulus", self, role="heading"))
         column.addWidget(self.stimulus)
         column.addSpacing(8)
         column.addLayout(self._run_row())
@@ -154,13 +152,10 @@ class ComparisonView(QWidget):
         self._left.verticalScrollBar().setStyleSheet(SLIM_SCROLL_BAR)
 
     def _run_row(self) -> QHBoxLayout:
-        self._run = self._button(
-            "comparison-run", "Run", "Run these controllers on this stimulus", self.run_requested.emit
-        )
-        self._run.setDefault(True)
-        self._cancel = self._button(
-            "comparison-cancel", "Cancel", "Cancel, and keep the results so far", self.cancelled.emit
-        )
+        tip = "Run these controllers on this stimulus"
+        self._run = push_button(self, "comparison-run", "Run", tip, self.run_requested, default=True)
+        tip = "Cancel, and keep the results so far"
+        self._cancel = push_button(self, "comparison-cancel", "Cancel", tip, self.cancelled)
         self._progress = progress_bar(self)
         row = make(QHBoxLayout, spacing=8)
         row.addWidget(self._run, 1)
@@ -171,14 +166,10 @@ class ComparisonView(QWidget):
     def _make_right(self) -> None:
         self.plots = ComparisonPlots(self._theme, self)
         self.table = MetricsTable(self)
-        self._empty = QLabel(_EMPTY, self)
-        self._empty.setWordWrap(True)
-        self._empty.setProperty("role", "caption")
+        self._empty = caption_label(self, text=_EMPTY)
         self._empty.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self._right = QWidget(self)
-        column = QVBoxLayout(self._right)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(8)
+        column = column_layout(parent=self._right)
         self._split = QSplitter(self._right)
         self._split.addWidget(self.plots)
         self._split.addWidget(self.table)
@@ -189,18 +180,11 @@ class ComparisonView(QWidget):
         self._split.setStyleSheet("QSplitter::handle { background: transparent; }")
         column.addWidget(self._empty, 1)
         column.addWidget(self._split, 1)
-        self._acts = QHBoxLayout()
-        self._acts.setSpacing(8)
-        self._export = self._button(
-            "comparison-export", "Export CSV…", "Every tick of every controller, as a table", self.export_requested.emit
-        )
-        self._acts.addStretch(1)
-        self._acts.addWidget(self._export)
+        tip = "Every tick of every controller, as a table"
+        self._export = push_button(self, "comparison-export", "Export CSV…", tip, self.export_requested)
+        self._acts = row_layout(None, self._export)
         self._uses: list[QPushButton] = []
         column.addLayout(self._acts)
-
-    def _button(self, name: str, text: str, tip: str, act: object) -> QPushButton:
-        return push_button(self, name, text, tip, act)
 
     def _working(self, on: bool) -> None:
         self._run.setHidden(on)
@@ -227,7 +211,8 @@ class ComparisonView(QWidget):
         self._uses = []
         for number, trace in enumerate(traces):
             tip = f"Use {self._titles[trace.name]} with these gains; the task stays"
-            use = self._button(f"use-{trace.name}", f"Use {trace.name}", tip, partial(self._on_use, trace.settings))
+            chosen = partial(self._on_use, trace.settings)
+            use = push_button(self, f"use-{trace.name}", f"Use {trace.name}", tip, chosen)
             self._acts.insertWidget(number, use)
             self._uses.append(use)
 
@@ -269,12 +254,6 @@ class ComparisonView(QWidget):
         self.used.emit(settings)
 
 
-def _heading(text: str, parent: QWidget) -> QLabel:
-    label = QLabel(text, parent)
-    label.setProperty("role", "heading")
-    return label
-
-
 class ComparisonDialog(QDialog):
     """Separate window for the comparison."""
 
@@ -284,6 +263,4 @@ class ComparisonDialog(QDialog):
         self.setWindowTitle("Compare controllers")
         resize_on_screen(self, max(min(parent.width(), 1320), 1120), 720)
         self.board = ComparisonView(theme, self)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.addWidget(self.board)
+        column_layout(self.board, parent=self)

@@ -7,18 +7,23 @@ from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import (
     QComboBox,
     QDialog,
-    QDialogButtonBox,
     QDoubleSpinBox,
     QFormLayout,
-    QLabel,
-    QPushButton,
     QSpinBox,
-    QVBoxLayout,
     QWidget,
 )
 
 from tactile_maps.core.errors import DisplayError
 from tactile_widgets.common.colours import Theme
+from tactile_widgets.common.make import (
+    STYLE_SPACING,
+    accept_buttons,
+    add_items,
+    caption_label,
+    column_layout,
+    make,
+    select_data,
+)
 from tactile_widgets.dialogs.figures.figure_file import (
     LARGEST_MM,
     LEAST_DPI,
@@ -94,32 +99,30 @@ class FigureDialog(QDialog):
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowTitle("Save figure")
         self.part, self.colours, self.column = QComboBox(self), QComboBox(self), QComboBox(self)
-        for part, words in _PARTS.items():
-            self.part.addItem(words, part)
-        for colours, words in _COLOURS.items():
-            self.colours.addItem(words, colours)
+        add_items(self.part, ((words, part, "") for part, words in _PARTS.items()))
+        add_items(self.colours, ((words, colours, "") for colours, words in _COLOURS.items()))
         self.column.addItems([*_WIDTHS, "Other width"])
-        self.width_mm, self.height_mm, self.dpi = QDoubleSpinBox(self), QDoubleSpinBox(self), QSpinBox(self)
-        for side in (self.width_mm, self.height_mm):
-            side.setRange(SMALLEST_MM, LARGEST_MM)
-            side.setSuffix("\u202fmm")
-            side.setDecimals(1)
-            side.valueChanged.connect(self._on_changed)
-        self.dpi.setRange(LEAST_DPI, MOST_DPI)
-        self.dpi.setSuffix("\u202fdpi")
-        self.dpi.valueChanged.connect(self._on_changed)
-        self.dpi.setToolTip(
-            "Resolution of PNG, and of the robot and of touch within SVG and PDF; everything else there is vectors"
+        limits = {"minimum": SMALLEST_MM, "maximum": LARGEST_MM}
+        self.width_mm, self.height_mm = (
+            make(QDoubleSpinBox, self, **limits, suffix="\u202fmm", decimals=1, valueChanged=self._on_changed)
+            for _side in range(2)
+        )
+        self.dpi = make(
+            QSpinBox,
+            self,
+            minimum=LEAST_DPI,
+            maximum=MOST_DPI,
+            suffix="\u202fdpi",
+            toolTip="Resolution of PNG, and of robot and touch within SVG and PDF; everything else there is vectors",
+            valueChanged=self._on_changed,
         )
         self.column.activated.connect(self._on_column_chosen)
-        self.note, self.sketch = QLabel(self), PageSketch(theme, self)
-        self.note.setProperty("role", "caption")
-        self.note.setWordWrap(True)
+        self.note = caption_label(self)
+        self.sketch = PageSketch(theme, self)
         self._lay_out()
 
     def _lay_out(self) -> None:
         form = QFormLayout()
-        whole = QVBoxLayout(self)
         rows = {
             "What": self.part,
             "Fits": self.column,
@@ -131,20 +134,14 @@ class FigureDialog(QDialog):
         for words, control in rows.items():
             control.setAccessibleName(words)
             form.addRow(words, control)
-        whole.addLayout(form)
-        whole.addWidget(self.sketch, 1)
-        whole.addWidget(self.note)
-        self._buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel, self)
-        self.save = QPushButton("Save…", self)
-        self._buttons.addButton(self.save, QDialogButtonBox.ButtonRole.AcceptRole)
-        self._buttons.accepted.connect(self._on_accepted)
-        self._buttons.rejected.connect(self.reject)
-        whole.addWidget(self._buttons)
+        buttons, self.save = accept_buttons(self, "Save…", self._on_accepted)
+        parts = (form, self.sketch, self.note, buttons)
+        column_layout(*parts, parent=self, spacing=STYLE_SPACING, stretch=self.sketch, margins=None)
 
     def show_choice(self, part: FigurePart, spec: FigureSpec) -> None:
         """Show initial settings."""
-        self.part.setCurrentIndex(self.part.findData(part))
-        self.colours.setCurrentIndex(self.colours.findData(spec.colours))
+        select_data(self.part, part)
+        select_data(self.colours, spec.colours)
         self.width_mm.setValue(spec.width)
         self.height_mm.setValue(spec.height)
         self.dpi.setValue(spec.dpi)

@@ -6,15 +6,20 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import (
     QComboBox,
     QDialog,
-    QDialogButtonBox,
     QFormLayout,
-    QLabel,
-    QPushButton,
     QSpinBox,
-    QVBoxLayout,
     QWidget,
 )
 
+from tactile_widgets.common.make import (
+    STYLE_SPACING,
+    accept_buttons,
+    add_items,
+    caption_label,
+    column_layout,
+    make,
+    select_data,
+)
 from tactile_widgets.dialogs.figures.span_fields import SpanFields
 
 _EVERY_SIZE = ((1280, 640), (1920, 960), (1920, 1080), (3840, 1920))
@@ -41,40 +46,28 @@ class FilmDialog(QDialog):
         self.setObjectName("film-dialog")
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowTitle("Film")
-        self.size_px, self.rate, self.theme = QComboBox(self), QSpinBox(self), QComboBox(self)
-        for words, size in _SIZES.items():
-            self.size_px.addItem(words, size)
-        self.rate.setRange(1, 120)
-        self.rate.setValue(25)
-        self.rate.setSuffix("\u202fa second")
-        self.theme.addItem("Dark theme", "dark")
-        self.theme.addItem("Light theme", "light")
-        self.theme.setCurrentIndex(self.theme.findData(theme))
+        self.size_px = QComboBox(self)
+        add_items(self.size_px, ((words, size, "") for words, size in _SIZES.items()))
+        self.rate = make(QSpinBox, self, minimum=1, maximum=120, value=25, suffix="\u202fa second")
+        self.theme = QComboBox(self)
+        add_items(self.theme, (("Dark theme", "dark", ""), ("Light theme", "light", "")))
+        select_data(self.theme, theme)
         self.part = SpanFields(duration, span, self)
         self.part.changed.connect(self._on_changed)
         self.rate.valueChanged.connect(self._on_changed)
         self.size_px.currentIndexChanged.connect(self._on_changed)
-        self.note = QLabel(self)
-        self.note.setProperty("role", "caption")
-        self.note.setWordWrap(True)
+        self.note = caption_label(self)
         self._lay_out()
         self._on_changed()
 
     def _lay_out(self) -> None:
         form = QFormLayout()
-        whole = QVBoxLayout(self)
         for words, control in (("Size", self.size_px), ("Pictures", self.rate), ("Colours", self.theme)):
             control.setAccessibleName(words)
             form.addRow(words, control)
         self.part.add_to(form)
-        whole.addLayout(form)
-        whole.addWidget(self.note)
-        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel, self)
-        self.film = QPushButton("Film…", self)
-        buttons.addButton(self.film, QDialogButtonBox.ButtonRole.AcceptRole)
-        buttons.accepted.connect(self._on_accepted)
-        buttons.rejected.connect(self.reject)
-        whole.addWidget(buttons)
+        buttons, self.film = accept_buttons(self, "Film…", self._on_accepted)
+        column_layout(form, self.note, buttons, parent=self, spacing=STYLE_SPACING, margins=None)
 
     def _on_changed(self, _value: float = 0.0) -> None:
         seconds = self.part.seconds

@@ -5,6 +5,8 @@ from __future__ import annotations
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QDoubleSpinBox, QFormLayout, QWidget
 
+from tactile_widgets.common.make import make
+
 
 class SpanFields(QObject):
     """Two fields, *From* and *To*.
@@ -24,14 +26,18 @@ class SpanFields(QObject):
     def __init__(self, duration: float, span: tuple[float, float] | None, parent: QWidget) -> None:
         super().__init__(parent)
         self._duration = duration
-        self.first = QDoubleSpinBox(parent)
-        self.last = QDoubleSpinBox(parent)
-        for edge, value in zip((self.first, self.last), span or (0.0, duration), strict=True):
-            edge.setDecimals(2)
-            edge.setRange(0.0, duration)
-            edge.setSuffix("\u202fs")
-            edge.setValue(value)
-            edge.valueChanged.connect(self.changed)
+        self.first, self.last = (
+            make(
+                QDoubleSpinBox,
+                parent,
+                decimals=2,
+                maximum=duration,
+                suffix="\u202fs",
+                value=value,
+                valueChanged=self.changed,
+            )
+            for value in span or (0.0, duration)
+        )
 
     def add_to(self, form: QFormLayout) -> None:
         """Add both fields as rows."""

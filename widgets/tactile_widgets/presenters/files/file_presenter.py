@@ -34,7 +34,6 @@ from tactile_maps.skin.fitting.grid import GridSpec, is_grid_patch
 from tactile_maps.skin.formats.identify import identify, is_robot_with_taxels, kind_of
 from tactile_maps.skin.formats.import_skin import NO_ROBOT
 from tactile_maps.skin.formats.several_files import TaxelFiles
-from tactile_widgets.actions.mnemonics import with_mnemonic
 from tactile_widgets.common.file_dialogs import (
     OPENED,
     RECORDING_FILTER,
@@ -42,6 +41,7 @@ from tactile_widgets.common.file_dialogs import (
     SCENE_FILTER,
     taxel_filter,
 )
+from tactile_widgets.common.make import add_entry
 from tactile_widgets.common.settings import Question
 from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.context.presenter import Presenter
@@ -412,11 +412,8 @@ class FilePresenter(Presenter):
         """List the known robots; tool tips of unavailable ones say how to get them."""
         if menu.isEmpty():
             for entry in list_robots():
-                item = menu.addAction(entry.title)
-                item.setObjectName(f"robot-{entry.name}")
-                item.setEnabled(entry.available)
-                item.setToolTip(entry.remedy)
-                item.triggered.connect(lambda _checked=False, name=entry.name: self.open_robot(name))
+                about = {"objectName": f"robot-{entry.name}", "enabled": entry.available, "toolTip": entry.remedy}
+                add_entry(menu, entry.title, partial(self.open_robot, entry.name), **about)
 
     def list_scenes(self, menu: QMenu) -> None:
         """List the scenes of the program when the menu is opened: reading them takes 0.1 s."""
@@ -424,18 +421,15 @@ class FilePresenter(Presenter):
             menu.setToolTipsVisible(True)
             for name in scene_names():
                 scene = load_scene(name)
-                item = menu.addAction(scene.title or name)
-                item.setObjectName(f"scene-{name}")
-                item.setToolTip(f"{scene.description}\nTry: {scene.suggestion}")
-                item.triggered.connect(lambda _checked=False, name=name: self.open_shipped(name))
+                tip = f"{scene.description}\nTry: {scene.suggestion}"
+                show = partial(self.open_shipped, name)
+                add_entry(menu, scene.title or name, show, objectName=f"scene-{name}", toolTip=tip)
 
     def list_recent(self, menu: QMenu) -> None:
         """List the recent files."""
         menu.clear()
         for path in self._context.settings.recent:
-            menu.addAction(with_mnemonic(path, "")).triggered.connect(
-                lambda _checked=False, path=path: self.open_path(path)
-            )
+            add_entry(menu, path, partial(self.open_path, path))
         if menu.isEmpty():
             menu.addAction("Nothing opened yet").setEnabled(False)
 

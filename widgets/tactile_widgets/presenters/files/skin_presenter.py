@@ -21,6 +21,7 @@ from tactile_maps.skin.fitting.cover import MIN_COVER_TAXELS, CoverSpec, cover_c
 from tactile_maps.skin.fitting.grid import is_grid_patch
 from tactile_maps.skin.formats.import_skin import NO_ROBOT
 from tactile_maps.skin.model.skin import Skin
+from tactile_widgets.common.make import add_entry
 from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.context.presenter import Presenter
 from tactile_widgets.jobs.skin_jobs import CoverPlan, SkinPreview
@@ -328,12 +329,6 @@ def _same_robot(one: Robot, other: Robot) -> bool:
 def _fill(menu: QMenu, links: Iterable[str], run: Callable[[str], None], otherwise: str) -> None:
     menu.clear()
     for link in links:
-        item = menu.addAction(link.replace("_", " ").replace("&", "&&"))
-        item.setObjectName(f"{menu.objectName()}-{link}")
-        item.triggered.connect(partial(_call, run, link))
+        add_entry(menu, link.replace("_", " "), partial(run, link), objectName=f"{menu.objectName()}-{link}")
     if menu.isEmpty():
         menu.addAction(otherwise.rstrip(".")).setEnabled(False)
-
-
-def _call(run: Callable[[str], None], link: str, _checked: bool = False) -> None:
-    run(link)

@@ -14,6 +14,7 @@ from tactile_maps.studies.base.rows import Row
 from tactile_maps.studies.catalogue import STUDY_NAMES
 from tactile_maps.studies.running.study_table import read_study_table
 from tactile_widgets.common.file_dialogs import STUDY_FILTER
+from tactile_widgets.common.make import add_entry
 from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.context.presenter import JobProgress, Presenter
 from tactile_widgets.dialogs.study_dialog import StudyDialog
@@ -90,10 +91,8 @@ class StudyPresenter(Presenter):
         """List the tables of the findings."""
         if menu.isEmpty():
             for path in sorted(asset("findings").glob("*.csv")):
-                item = menu.addAction(path.stem.replace("-", " ").capitalize())
-                item.setObjectName(f"finding-{path.stem}")
-                item.setToolTip(f"Results of tactile-maps study {path.stem}")
-                item.triggered.connect(lambda _checked=False, path=str(path): self.open(path))
+                about = {"objectName": f"finding-{path.stem}", "toolTip": f"Results of tactile-maps study {path.stem}"}
+                add_entry(menu, path.stem.replace("-", " ").capitalize(), partial(self.open, str(path)), **about)
 
 
 def no_replay(study: str) -> str:

@@ -7,12 +7,12 @@ from collections.abc import Callable
 from functools import partial
 from itertools import pairwise
 
-from PySide6.QtCore import QPoint, Qt
+from PySide6.QtCore import QPoint
 from PySide6.QtWidgets import QMenu, QWidget
 
 from tactile_maps.recording.encoding.annotations import LabelledEpisode, Mark
 from tactile_maps.recording.player import RecordingPlayer
-from tactile_widgets.actions.mnemonics import with_mnemonic
+from tactile_widgets.common.make import DELETED_ON_CLOSE, add_entry, make
 from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.context.presenter import Presenter
 from tactile_widgets.dialogs.episode_dialog import EpisodeDialog
@@ -206,17 +206,14 @@ class NotesPresenter(Presenter):
 
     def open_menu(self, time: float, place: QPoint) -> None:
         """Open the context menu for a time of the recording that is shown or being written."""
-        menu = self.menu = QMenu(self._window)
-        menu.setObjectName("timeline-menu")
-        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        menu = self.menu = make(QMenu, self._window, objectName="timeline-menu", attribute=DELETED_ON_CLOSE)
         if (player := self._session.replay.player) is None:
             for name in ("record", "mark", "name_mark"):
                 menu.addAction(self._context.actions[name])
             menu.popup(place)
             return
 
-        def offer(words: str, act: Callable[[], None]) -> None:
-            menu.addAction(with_mnemonic(words, "")).triggered.connect(lambda _checked=False: act())
+        offer = partial(add_entry, menu)
 
         def there(act: Callable[[], None]) -> Callable[[], None]:
             def go_and_act() -> None:
