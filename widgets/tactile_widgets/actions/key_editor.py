@@ -6,10 +6,11 @@ from collections.abc import Mapping
 
 from PySide6.QtCore import QEvent, Qt, Signal
 from PySide6.QtGui import QFocusEvent, QKeyEvent, QKeySequence
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QLineEdit, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QLabel, QLineEdit, QPushButton, QWidget
 
 from tactile_widgets.actions.keymap import KeyMap, Keys
 from tactile_widgets.actions.registry import key_text
+from tactile_widgets.common.make import STYLE_SPACING, column_layout, push_button, row_layout
 
 _MODIFIERS = (Qt.Key.Key_Shift, Qt.Key.Key_Control, Qt.Key.Key_Alt, Qt.Key.Key_AltGr, Qt.Key.Key_Meta)
 _LOCKS = (Qt.Key.Key_CapsLock, Qt.Key.Key_NumLock, Qt.Key.Key_ScrollLock, Qt.Key.Key_unknown)
@@ -105,23 +106,12 @@ class KeyEditor(QWidget):
         self._show(_HOW)
 
     def _lay_out(self) -> None:
-        buttons = QHBoxLayout()
-        for widget in (self.change, self.remove, self.reset, self.field, self.swap, self.keep):
-            buttons.addWidget(widget)
-        buttons.addStretch(1)
-        buttons.addWidget(self.reset_all)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.addWidget(self.message)
-        column.addLayout(buttons)
+        row = (self.change, self.remove, self.reset, self.field, self.swap, self.keep, None, self.reset_all)
+        buttons = row_layout(*row, spacing=STYLE_SPACING)
+        column_layout(self.message, buttons, parent=self, spacing=STYLE_SPACING)
 
     def _button(self, text: str, tip: str, handler: object) -> QPushButton:
-        button = QPushButton(text, self)
-        button.setObjectName(f"keys-{text.lower().replace(' ', '-')}")
-        button.setToolTip(tip)
-        button.setAutoDefault(False)
-        button.clicked.connect(handler)
-        return button
+        return push_button(self, f"keys-{text.lower().replace(' ', '-')}", text, tip, handler, autoDefault=False)
 
     def choose(self, name: str | None) -> None:
         """Select an action; None if there is none."""

@@ -6,12 +6,12 @@ from collections.abc import Mapping, Sequence
 
 from PySide6.QtCore import QEvent, QModelIndex, QObject, Qt, Signal
 from PySide6.QtGui import QKeyEvent
-from PySide6.QtWidgets import QDialog, QHeaderView, QLineEdit, QTreeWidget, QTreeWidgetItem, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QDialog, QHeaderView, QLineEdit, QTreeWidget, QTreeWidgetItem, QWidget
 
 from tactile_widgets.actions.key_editor import KeyEditor
 from tactile_widgets.actions.keymap import KeyMap
 from tactile_widgets.actions.registry import key_text
-from tactile_widgets.common.make import resize_on_screen
+from tactile_widgets.common.make import STYLE_SPACING, column_layout, make, resize_on_screen
 
 WIDTH = 860
 HEIGHT = 640
@@ -54,9 +54,8 @@ class KeysSheet(QDialog):
         self.editor = KeyEditor(keymap, titles, reserved, self)
         self.editor.changed.connect(self._on_changed)
         self.editor.done.connect(self.search.setFocus)
-        column = QVBoxLayout(self)
-        for widget, stretch in ((self.search, 0), (self.list, 1), (self.editor, 0)):
-            column.addWidget(widget, stretch)
+        parts = (self.search, self.list, self.editor)
+        column_layout(*parts, parent=self, spacing=STYLE_SPACING, stretch=self.list, margins=None)
         resize_on_screen(self, WIDTH, HEIGHT)
         self._rows: dict[str, QTreeWidgetItem] = {}
         self._groups = [self._add_group("Mouse", gestures)]
@@ -73,25 +72,31 @@ class KeysSheet(QDialog):
         self.list.itemDoubleClicked.connect(self._on_double_clicked)
 
     def _make_search(self) -> QLineEdit:
-        search = QLineEdit(self)
-        search.setObjectName("keys-search")
-        search.setAccessibleName("Search keys and gestures")
-        search.setPlaceholderText("Search")
-        search.setClearButtonEnabled(True)
+        search = make(
+            QLineEdit,
+            self,
+            objectName="keys-search",
+            accessibleName="Search keys and gestures",
+            placeholderText="Search",
+            clearButtonEnabled=True,
+        )
         search.installEventFilter(self)
         return search
 
     def _make_list(self) -> QTreeWidget:
-        tree = QTreeWidget(self)
-        tree.setObjectName("keys-list")
-        tree.setAccessibleName("Keys and gestures")
-        tree.setHeaderHidden(True)
-        tree.setColumnCount(2)
-        tree.setRootIsDecorated(False)
-        tree.setIndentation(8)
-        tree.setWordWrap(True)
-        tree.setExpandsOnDoubleClick(False)
-        tree.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        tree = make(
+            QTreeWidget,
+            self,
+            objectName="keys-list",
+            accessibleName="Keys and gestures",
+            headerHidden=True,
+            columnCount=2,
+            rootIsDecorated=False,
+            indentation=8,
+            wordWrap=True,
+            expandsOnDoubleClick=False,
+            focusPolicy=Qt.FocusPolicy.NoFocus,
+        )
         tree.header().setSectionResizeMode(0, QHeaderView.ResizeMode.ResizeToContents)
         tree.header().setMaximumSectionSize(WIDTH // 2 - 60)
         return tree

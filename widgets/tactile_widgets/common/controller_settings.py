@@ -14,11 +14,12 @@ from functools import partial
 from typing import Any, NamedTuple
 
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QVBoxLayout, QWidget
+from PySide6.QtWidgets import QWidget
 
 from tactile_maps.control.controller_registry import CONTROLLERS, effective_settings
 from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.scene.tasks import SHEAR_SETTINGS
+from tactile_widgets.common.make import column_layout
 from tactile_widgets.common.panel import LabelledSlider
 
 CONTROLLER_SCENES = {
@@ -242,9 +243,7 @@ class ControllerSliders(QWidget):
         self._settings = self._defaults = ControlSettings()
         self._without = frozenset[str]()
         self.by_name: dict[str, LabelledSlider] = {}
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(8)
+        column = column_layout(parent=self)
         for name in names:
             spec = SLIDERS[name]
             slider = LabelledSlider(spec.text, spec.unit, spec.low, spec.high, spec.step, spec.tip, self)

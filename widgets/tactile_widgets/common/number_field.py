@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from PySide6.QtCore import QEvent, QObject, Qt
+from PySide6.QtCore import QEvent, QObject, QSignalBlocker, Qt
 from PySide6.QtWidgets import QAbstractSpinBox, QComboBox, QDoubleSpinBox, QSlider, QWidget
 
 _ROOM = 14
@@ -55,11 +55,10 @@ class NumberField(QDoubleSpinBox):
     def show_number(self, number: float) -> None:
         """Show a number without emitting; one outside the limits is shown unchanged, but cannot be typed."""
         self._words = "" if math.isfinite(number) else "∞"
-        blocked = self.blockSignals(True)
         shown = number if math.isfinite(number) else self._high
-        self.setRange(min(self._low, shown), max(self._high, shown))
-        self.setValue(shown)
-        self.blockSignals(blocked)
+        with QSignalBlocker(self):
+            self.setRange(min(self._low, shown), max(self._high, shown))
+            self.setValue(shown)
         self._say()
 
     def show_words(self, words: str) -> None:

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 
 from PySide6.QtCore import QEvent, QObject, Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QShowEvent
-from PySide6.QtWidgets import QBoxLayout, QHBoxLayout, QLabel, QSizePolicy, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QBoxLayout, QHBoxLayout, QLabel, QSizePolicy, QToolButton, QWidget
 
 from tactile_widgets.common.colours import Theme, mixed
-from tactile_widgets.common.make import make
+from tactile_widgets.common.make import column_layout, make, row_layout
 from tactile_widgets.common.sentence import as_sentence
 from tactile_widgets.common.settings import NavigationStyle
 
@@ -114,11 +114,15 @@ class _Toast(QWidget):
         self.setObjectName("message-bar")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.setAccessibleName(message.text)
-        text = QLabel(as_sentence(message.text), self)
-        text.setObjectName("message-text")
-        text.setTextFormat(Qt.TextFormat.PlainText)  # an error may quote a tag
-        text.setWordWrap(True)
-        text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        text = make(
+            QLabel,
+            as_sentence(message.text),
+            self,
+            objectName="message-text",
+            textFormat=Qt.TextFormat.PlainText,  # an error may quote a tag
+            wordWrap=True,
+            textInteractionFlags=Qt.TextInteractionFlag.TextSelectableByMouse,
+        )
         text.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Minimum)
         self.row = layout = QBoxLayout(_DOWN if message.remedies else _RIGHT, self)
         layout.setContentsMargins(12, 6, 8, 6)
@@ -137,11 +141,8 @@ class _Toast(QWidget):
         self.set_theme(theme)
 
     def _button(self, name: str) -> QToolButton:
-        button = QToolButton(self)
-        button.setObjectName(name)
-        button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
-        button.clicked.connect(self.closed)
-        return button
+        style = Qt.ToolButtonStyle.ToolButtonTextOnly
+        return make(QToolButton, self, objectName=name, toolButtonStyle=style, clicked=self.closed)
 
     def set_theme(self, theme: Theme) -> None:
         edge = theme.fault if self.message.fault else theme.accent
@@ -179,12 +180,8 @@ class MessageStack(FloatingBar):
         self._clock = clock
         self._toasts: list[_Toast] = []
         self._shown_count = 0
-        self._read = QTimer(self)
-        self._read.setInterval(500)
-        self._read.timeout.connect(self._on_read)
-        self._column = QVBoxLayout(self)
-        self._column.setContentsMargins(0, 0, 0, 0)
-        self._column.setSpacing(_GAP)
+        self._read = make(QTimer, self, interval=500, timeout=self._on_read)
+        self._column = column_layout(parent=self, spacing=_GAP)
         self.setObjectName("messages")
         self.hide()
 
@@ -310,18 +307,17 @@ class HintBar(FloatingBar):
         super().__init__(parent, widest=0)
         self._clear = tuple(clear)
         self.setObjectName("hint-bar")
-        layout = QHBoxLayout(self)
-        layout.setContentsMargins(8, 0, 2, 0)
-        layout.setSpacing(_HINT_GAP)
         self._labels = [make(QLabel, self, objectName=f"hint-{number}") for number in range(1, len(_HINTS) + 2)]
-        for label in self._labels:
-            layout.addWidget(label)
-        layout.addStretch(1)
-        tour = make(QToolButton, self, objectName="hint-tour", text="Take the tour", toolTip=_TOUR_TIP)
-        close = make(QToolButton, self, objectName="hint-dismiss", text="Got it")
-        for button, signal in ((tour, self.tour_requested), (close, self.dismissed)):
-            button.clicked.connect(signal)
-            layout.addWidget(button)
+        tour = make(
+            QToolButton,
+            self,
+            objectName="hint-tour",
+            text="Take the tour",
+            toolTip=_TOUR_TIP,
+            clicked=self.tour_requested,
+        )
+        close = make(QToolButton, self, objectName="hint-dismiss", text="Got it", clicked=self.dismissed)
+        row_layout(*self._labels, None, tour, close, parent=self, spacing=_HINT_GAP, margins=(8, 0, 2, 0))
         self._parts = (close, tour, *self._labels)
         self.set_navigation(NavigationStyle.STANDARD)
         self.set_theme(theme)

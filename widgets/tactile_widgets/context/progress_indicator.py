@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QHBoxLayout, QProgressBar, QSizePolicy, QToolButton, QWidget
+from PySide6.QtWidgets import QSizePolicy, QToolButton, QWidget
 
-from tactile_widgets.common.make import ElidedLabel
+from tactile_widgets.common.make import ElidedLabel, make, progress_bar, row_layout
 
 _TEXT_PX = 240
 """Width up to which the text of a stage is shown whole [px]; a path may be longer."""
@@ -27,26 +27,18 @@ class ProgressIndicator(QWidget):
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Ignored)
         self._parts = QWidget(self)
         self.text_label = ElidedLabel("loading-text", elided=Qt.TextElideMode.ElideMiddle)
-        self._progress = QProgressBar()
-        cancel = QToolButton()
+        self._progress = make(progress_bar, self, fixedWidth=120)
+        cancel = make(
+            QToolButton,
+            text="Cancel",
+            objectName="loading-cancel",
+            toolTip="Keep the current scene",
+            clicked=self.cancelled,
+        )
         self.text_label.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
-        self._progress.setRange(0, 1000)
-        self._progress.setTextVisible(False)
-        self._progress.setFixedSize(120, 6)
-        self._progress.setAccessibleName("Progress")
-        cancel.setText("Cancel")
-        cancel.setObjectName("loading-cancel")
-        cancel.setToolTip("Keep the current scene")
-        cancel.clicked.connect(self.cancelled)
-        row = QHBoxLayout(self._parts)
-        row.setContentsMargins(16, 0, 16, 0)
-        row.setSpacing(8)
-        row.addWidget(self.text_label, 1)
-        row.addWidget(self._progress)
-        row.addWidget(cancel)
-        whole = QHBoxLayout(self)
-        whole.setContentsMargins(0, 0, 0, 0)
-        whole.addWidget(self._parts)
+        parts = (self.text_label, self._progress, cancel)
+        row_layout(*parts, parent=self._parts, stretch=self.text_label, margins=(16, 0, 16, 0))
+        row_layout(self._parts, parent=self)
         self.clear()
 
     @property

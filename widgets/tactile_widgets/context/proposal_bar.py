@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from PySide6.QtCore import QEvent, QObject, Qt, Signal
 from PySide6.QtGui import QHideEvent, QKeyEvent, QShowEvent
-from PySide6.QtWidgets import QApplication, QHBoxLayout, QLabel, QToolButton, QWidget
+from PySide6.QtWidgets import QApplication, QLabel, QToolButton, QWidget
 
 from tactile_widgets.common.colours import Theme, mixed
+from tactile_widgets.common.make import STYLE_SPACING, make, row_layout
 from tactile_widgets.context.notification_bar import FloatingBar
 from tactile_widgets.document.map_editor import Proposal
 
@@ -25,20 +26,11 @@ class ProposalBar(FloatingBar):
     def __init__(self, theme: Theme, parent: QWidget) -> None:
         super().__init__(parent, widest=480)
         self.setObjectName("proposal-bar")
-        self._text = QLabel(self)
-        self._text.setObjectName("proposal-text")
-        layout = QHBoxLayout(self)
-        layout.setContentsMargins(12, 6, 8, 6)
-        layout.addWidget(self._text, 1)
-        for text, name, signal in (
-            ("Accept \u23ce", "proposal-accept", self.accepted),
-            ("Decline Esc", "proposal-decline", self.declined),
-        ):
-            button = QToolButton(self)
-            button.setText(text)
-            button.setObjectName(name)
-            button.clicked.connect(signal)
-            layout.addWidget(button)
+        self._text = make(QLabel, self, objectName="proposal-text")
+        accept = make(QToolButton, self, text="Accept \u23ce", objectName="proposal-accept", clicked=self.accepted)
+        decline = make(QToolButton, self, text="Decline Esc", objectName="proposal-decline", clicked=self.declined)
+        parts = (self._text, accept, decline)
+        row_layout(*parts, parent=self, spacing=STYLE_SPACING, stretch=self._text, margins=(12, 6, 8, 6))
         self.set_theme(theme)
         self.hide()
 

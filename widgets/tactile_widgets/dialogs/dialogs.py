@@ -11,7 +11,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QInputDialog, QMessageBox, QWidget
 
 from tactile_widgets.common.file_dialogs import FileDialog
-from tactile_widgets.common.make import make
+from tactile_widgets.common.make import DELETED_ON_CLOSE, make
 from tactile_widgets.common.settings import Settings
 
 Button = QMessageBox.StandardButton
@@ -151,9 +151,8 @@ class Dialogs:
         box.finished.connect(finished)
 
     def _ask_input(self, name: str, then: Callable[[str], None], **settings: object) -> None:
-        box = make(QInputDialog, self._parent, objectName=name, textValueSelected=then, **settings)
-        box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        box.open()
+        delete = DELETED_ON_CLOSE
+        make(QInputDialog, self._parent, objectName=name, textValueSelected=then, attribute=delete, **settings).open()
 
     def show_text(self, name: str, title: str, text: str) -> None:
         """Show a text with a button that closes it; if it is open already, bring it to the front."""

@@ -7,12 +7,13 @@ from functools import partial
 from typing import TypeVar
 
 from PySide6.QtCore import QPoint, Qt, QTimer, Signal
-from PySide6.QtWidgets import QScrollArea, QSizePolicy, QStackedWidget, QTabBar, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QScrollArea, QSizePolicy, QStackedWidget, QTabBar, QWidget
 
 from tactile_maps.session.frame import Frame
 from tactile_maps.session.prepare import PreparedScene
 from tactile_widgets.common.colours import Theme
 from tactile_widgets.common.guide_window import GuidePlace
+from tactile_widgets.common.make import column_layout, make
 from tactile_widgets.common.mode import Mode
 from tactile_widgets.common.panel import SLIM_SCROLL_BAR, Panel
 from tactile_widgets.document.map_editor import MapEditor
@@ -36,10 +37,7 @@ class _Page(QScrollArea):
         self._content = content = QWidget()
         # A text that is too long is cut; otherwise it would widen the page, whose right side would be cut off.
         content.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
-        self._rows = QVBoxLayout(content)
-        self._rows.setContentsMargins(0, 0, 0, 0)
-        self._rows.setSpacing(4)
-        self._rows.addStretch(1)
+        self._rows = column_layout(None, parent=content, spacing=4)
         self.setWidget(content)
         self.setWidgetResizable(True)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
@@ -88,12 +86,15 @@ class PanelColumn(QWidget):
         super().__init__(parent)
         self._specs = tuple(specs)
         self._panels = list[Panel]()
-        self._tabs = QTabBar(self)
-        self._tabs.setObjectName("panel-tabs")
-        self._tabs.setAccessibleName("Panels")
-        self._tabs.setDrawBase(False)
-        self._tabs.setExpanding(True)
-        self._tabs.setUsesScrollButtons(False)
+        self._tabs = make(
+            QTabBar,
+            self,
+            objectName="panel-tabs",
+            accessibleName="Panels",
+            drawBase=False,
+            expanding=True,
+            usesScrollButtons=False,
+        )
         self._pages = QStackedWidget(self)
         self._shown = [tab for tab in PanelTab if any(spec.tab is tab for spec in specs)]
         for tab in self._shown:
@@ -108,11 +109,7 @@ class PanelColumn(QWidget):
             panel.undock_requested.connect(partial(self.undock_requested.emit, panel))
             self._panels.append(panel)
             self._page(spec.tab).add(panel)
-        rows = QVBoxLayout(self)
-        rows.setContentsMargins(0, 0, 0, 0)
-        rows.setSpacing(0)
-        rows.addWidget(self._tabs)
-        rows.addWidget(self._pages)
+        column_layout(self._tabs, self._pages, parent=self, spacing=0)
         self._tabs.currentChanged.connect(self._on_current_changed)
         self._before_live = next((tab for tab in self._shown if tab is not PanelTab.LIVE), PanelTab.LIVE)
         self.set_live(live=False)

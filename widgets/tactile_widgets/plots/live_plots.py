@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from PySide6.QtCore import QElapsedTimer, QPoint, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QResizeEvent, QShowEvent
-from PySide6.QtWidgets import QHBoxLayout, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QToolButton, QWidget
 
 from tactile_maps.contacts.events import EVENT_KINDS
 from tactile_maps.control.controller_registry import TASKS_AT_A_PLACE, effective_settings, has_task
@@ -29,6 +29,7 @@ from tactile_maps.core.reading_units import ReadingUnits
 from tactile_maps.session.frame import Frame
 from tactile_maps.session.prepare import PreparedScene
 from tactile_widgets.common.colours import PressureScale, Theme
+from tactile_widgets.common.make import column_layout, make, row_layout
 from tactile_widgets.document.taxel_selection import TaxelSelection
 from tactile_widgets.plots.choice.plot_choice import (
     OF_GROUPS,
@@ -137,10 +138,10 @@ class LivePlots(QWidget):
         self._prepared: PreparedScene | None = None
         self._latest: Frame | None = None
         self._make_memory()
-        self._since_drawn, self._dirty, self._late = QElapsedTimer(), False, QTimer(self)
-        self._late.setSingleShot(True)
+        self._since_drawn = QElapsedTimer()
+        self._dirty = False
+        self._late = make(QTimer, self, singleShot=True, timeout=self._on_late)
         self._rest_ms = REDRAW_MS
-        self._late.timeout.connect(self._on_late)
         self._units = ReadingUnits.CALIBRATED
         self._selection: TaxelSelection | None = None
         self._choice = PlotChoice()
@@ -151,10 +152,7 @@ class LivePlots(QWidget):
         self._parts: dict[PlotKey, PlotPart] = {}
         self._trace_plots: dict[PlotKey, TracePlot] = {}
         self._make_plots(theme)
-        self._row = QHBoxLayout(self)
-        self._row.setContentsMargins(12, 8, 12, 8)
-        self._row.setSpacing(8)
-        self._row.addWidget(self.board, 1)
+        self._row = row_layout(self.board, parent=self, stretch=self.board, margins=(12, 8, 12, 8))
         self.setMinimumSize(200, LOWEST)
         self.set_theme(theme)
         self._arrange()
@@ -231,18 +229,19 @@ class LivePlots(QWidget):
 
     def offer(self, actions: Sequence[QAction]) -> None:
         """Add buttons for these actions next to the plots."""
-        column = QVBoxLayout()
-        column.setSpacing(4)
-        for action in actions:
-            button = QToolButton(self)
-            button.setDefaultAction(action)
-            button.setAutoRaise(True)
-            button.setObjectName(f"plots-{action.objectName()}")
-            button.setText(f"{action.iconText().split()[0]}…")  # both open a dialog; the tool tip is the whole text
-            button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
-            column.addWidget(button)
-        column.addStretch(1)
-        self._row.addLayout(column)
+        buttons = [
+            make(
+                QToolButton,
+                self,
+                defaultAction=action,
+                autoRaise=True,
+                objectName=f"plots-{action.objectName()}",
+                text=f"{action.iconText().split()[0]}…",  # both open a dialog; the tool tip is the whole text
+                toolButtonStyle=Qt.ToolButtonStyle.ToolButtonTextOnly,
+            )
+            for action in actions
+        ]
+        self._row.addLayout(column_layout(*buttons, None, spacing=4))
 
     # What is shown.
 

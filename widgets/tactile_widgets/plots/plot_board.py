@@ -10,9 +10,10 @@ from functools import partial
 
 from PySide6.QtCore import QEvent, QObject, QPoint, QPointF, QRect, Qt, Signal
 from PySide6.QtGui import QCloseEvent, QContextMenuEvent, QKeyEvent, QMouseEvent, QResizeEvent
-from PySide6.QtWidgets import QApplication, QBoxLayout, QFrame, QScrollArea, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QApplication, QBoxLayout, QFrame, QScrollArea, QWidget
 
 from tactile_widgets.common.colours import Theme
+from tactile_widgets.common.make import column_layout
 from tactile_widgets.plots.choice.plot_choice import PlotKey, Rectangle
 
 NARROWEST = 150
@@ -45,9 +46,7 @@ class PlotCell(QWidget):
         self.setObjectName(f"plot-{key.text}")
         self.setAccessibleName(key.title)
         self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.addWidget(content)
+        column_layout(content, parent=self)
         self._pressed: QPointF | None = None
         self._dragging = False
         for widget in (content, *content.findChildren(QWidget)):
@@ -126,9 +125,7 @@ class PlotWindow(QWidget):
         self.setObjectName(f"window-{cell.key.text}")
         self.setWindowTitle(cell.key.title)
         self.setAutoFillBackground(True)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(12, 8, 12, 8)
-        layout.addWidget(cell)
+        column_layout(cell, parent=self, margins=(12, 8, 12, 8))
         cell.show()
 
     @property

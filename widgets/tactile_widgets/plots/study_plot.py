@@ -9,11 +9,12 @@ from typing import Any
 import pyqtgraph as pg
 from PySide6.QtCore import QPointF, Qt, Signal
 from PySide6.QtGui import QColor, QFontMetrics, QPainterPath
-from PySide6.QtWidgets import QVBoxLayout, QWidget
+from PySide6.QtWidgets import QWidget
 
 from tactile_maps.studies.base.rows import Cell, number
 from tactile_maps.studies.running.study_table import TablePoint, TheoryColumn
 from tactile_widgets.common.colours import Theme
+from tactile_widgets.common.make import STYLE_SPACING, column_layout
 from tactile_widgets.plots.curve_legend import (
     LINE_STYLES,
     MARKER_SIZE,
@@ -69,10 +70,7 @@ class StudyPlot(QWidget):
         self.canvas = PlotCanvas(self)
         self.canvas.setObjectName("study-canvas")
         self._legend = CurveLegend(self)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.addWidget(self.canvas, 1)
-        column.addWidget(self._legend)
+        column_layout(self.canvas, self._legend, parent=self, spacing=STYLE_SPACING, stretch=self.canvas)
         self._draw()
 
     def set_theme(self, theme: Theme) -> None:

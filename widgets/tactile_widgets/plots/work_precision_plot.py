@@ -14,11 +14,12 @@ import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import QEvent, QPointF, Qt, Signal
 from PySide6.QtGui import QColor, QFocusEvent, QKeyEvent, QMouseEvent, QWheelEvent
-from PySide6.QtWidgets import QApplication, QLabel, QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QApplication, QSizePolicy, QWidget
 
 from tactile_maps.core.arrays import FloatArray
 from tactile_maps.studies.study.work_precision import Curve, Diagram, Point, Setting, method_title, pareto_front
 from tactile_widgets.common.colours import Theme
+from tactile_widgets.common.make import caption_label, column_layout
 from tactile_widgets.plots.curve_legend import (
     ITERATION_MARKER_SIZE,
     LINE_STYLES,
@@ -188,10 +189,7 @@ class WorkPrecisionPlot(QWidget):
         self._present: Setting | None = None
         self._held: Point | None = None
         self._floor = 0.0
-        self._detail = QLabel(self)
-        self._detail.setProperty("role", "caption")
-        self._detail.setObjectName("work-precision-detail")
-        self._detail.setWordWrap(True)
+        self._detail = caption_label(self, "work-precision-detail")
         self._detail.setMinimumHeight(2 * self._detail.fontMetrics().height())
         self._detail.setAlignment(Qt.AlignmentFlag.AlignTop)
         self.canvas = LogCanvas(self)
@@ -199,12 +197,7 @@ class WorkPrecisionPlot(QWidget):
         self.canvas.clicked.connect(self._on_clicked)
         self.canvas.key_pressed.connect(self._on_key_pressed)
         self._legend = CurveLegend(self)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(4)
-        column.addWidget(self.canvas, 1)
-        column.addWidget(self._detail)
-        column.addWidget(self._legend)
+        column_layout(self.canvas, self._detail, self._legend, parent=self, spacing=4, stretch=self.canvas)
         self._cursor = pg.ScatterPlotItem(size=RING_SIZE - 4, brush=None, antialias=True)
         self._cursor.setZValue(20)
         self.set_theme(theme)

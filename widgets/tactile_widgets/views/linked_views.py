@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 from PySide6.QtCore import QPoint, QPointF, Qt, QTimer, Signal
-from PySide6.QtWidgets import QHBoxLayout, QSplitter, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QSplitter, QWidget
 
 from tactile_maps.contacts.detection.regions import ContactRegion
 from tactile_maps.control.motion.command import ControlSettings
@@ -18,6 +18,7 @@ from tactile_maps.geometry.surface.mesh import SurfacePoint
 from tactile_maps.session.frame import Frame
 from tactile_maps.session.prepare import PreparedScene
 from tactile_widgets.common.colours import PressureScale, Theme
+from tactile_widgets.common.make import column_layout, make, row_layout
 from tactile_widgets.common.mode import Mode
 from tactile_widgets.common.settings import BaseLayer, NavigationStyle, OverlayOptions
 from tactile_widgets.common.tool_kinds import BRUSH, POKE, SelectionMode, ToolKind, resized_brush
@@ -77,9 +78,7 @@ class LinkedViews(QWidget):
         self._waiting: Frame | None = None
         self._map_ms = 0.0
         self._paced = False
-        self._pace = QTimer(self)
-        self._pace.setSingleShot(True)
-        self._pace.timeout.connect(self._show_waiting)
+        self._pace = make(QTimer, self, singleShot=True, timeout=self._show_waiting)
         self._lay_out()
         self.bar.maximum_changed.connect(self._on_maximum_changed)
         self.map.picture_changed.connect(self._overlay_body)
@@ -100,20 +99,14 @@ class LinkedViews(QWidget):
 
     def _lay_out(self) -> None:
         right = self._right = QWidget()
-        row = QHBoxLayout(right)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(0)
-        row.addWidget(self.bar)
-        row.addWidget(self.map, 1)
+        row_layout(self.bar, self.map, parent=right, spacing=0, stretch=self.map)
         self._splitter = QSplitter(Qt.Orientation.Horizontal)
         self._splitter.setChildrenCollapsible(False)
         self._splitter.setHandleWidth(1)
         for side in (self.robot, right):
             side.setMinimumWidth(_NARROWEST)
             self._splitter.addWidget(side)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.addWidget(self._splitter)
+        column_layout(self._splitter, parent=self)
         self.level()
 
     def show_only(self, *, robot: bool, map_: bool) -> None:

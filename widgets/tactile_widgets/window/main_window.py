@@ -16,12 +16,13 @@ from PySide6.QtGui import (
     QKeyEvent,
     QResizeEvent,
 )
-from PySide6.QtWidgets import QApplication, QDockWidget, QMainWindow, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QApplication, QDockWidget, QMainWindow, QWidget
 
 from tactile_widgets.actions.focused_keys import FocusedKeys
 from tactile_widgets.actions.registry import ActionRegistry, build_menus
 from tactile_widgets.actions.table import REMEDIES, menu_bar
 from tactile_widgets.common.colours import PressureScale, Theme
+from tactile_widgets.common.make import column_layout
 from tactile_widgets.common.mode import Mode
 from tactile_widgets.common.number_field import guard_wheel
 from tactile_widgets.common.settings import Settings
@@ -178,12 +179,7 @@ class MainWindow(QMainWindow):
         self.live.replay.player_changed.connect(self._on_player_changed)
         self.live.recording.changed.connect(self._on_recording_changed)
         content = QWidget()
-        column = QVBoxLayout(content)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        column.addWidget(self.timeline)
-        column.addWidget(self.plots)
-        column.addWidget(self.recording_plots)
+        column_layout(self.timeline, self.plots, self.recording_plots, parent=content, spacing=0)
         self.bottom = self._dock("Timeline and plots", content, Qt.DockWidgetArea.BottomDockWidgetArea)
         self.setCorner(Qt.Corner.BottomRightCorner, Qt.DockWidgetArea.RightDockWidgetArea)
 

@@ -16,7 +16,7 @@ from tactile_maps.session.frame import Frame
 from tactile_maps.session.link_levels import LinkLevels
 from tactile_maps.session.prepare import PreparedScene
 from tactile_widgets.common.colours import Theme
-from tactile_widgets.common.make import add_entry
+from tactile_widgets.common.make import add_entry, make
 from tactile_widgets.common.settings import NavigationStyle
 from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.overlays.taxel_faults import TaxelFaults
@@ -63,9 +63,7 @@ class MoreViews(QObject):
         self.second: SecondView | None = None
         self.inset: ContactInset | None = None
         self._dock: _ViewDock | None = None
-        self._refill = QTimer(self)
-        self._refill.setSingleShot(True)
-        self._refill.timeout.connect(self._on_refill)
+        self._refill = make(QTimer, self, singleShot=True, timeout=self._on_refill)
         actions = context.actions
         actions.bind(second_view=lambda: self.show_second(shown=actions["second_view"].isChecked()))
         actions.bind(contact_inset=lambda: self.show_inset(shown=actions["contact_inset"].isChecked()))

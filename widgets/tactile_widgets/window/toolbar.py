@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QComboBox, QMenu, QToolBar, QToolButton, QWidget
 
 from tactile_widgets.actions.registry import ActionRegistry
 from tactile_widgets.actions.state import WindowState
-from tactile_widgets.common.make import caption_label
+from tactile_widgets.common.make import add_items, caption_label, make, select_data
 from tactile_widgets.plots.timeline.playhead import SPEEDS
 
 _WIDTHS = {"pause": 88, "step": 78, "reset": 85, "record": 144, "poke": 92}
@@ -82,24 +82,23 @@ class SessionToolbar(QToolBar):
         self._captions.append(self.addWidget(label))
 
     def _make_speed(self) -> QComboBox:
-        self.speed = QComboBox()
-        self.speed.setObjectName("speed")
-        self.speed.setAccessibleName("Simulation speed")
-        self.speed.setToolTip("Requested speed relative to real time")
-        for speed in SPEEDS:
-            self.speed.addItem(f"{speed:g}×", speed)
-        self.speed.setCurrentIndex(SPEEDS.index(1.0))
+        tip = "Requested speed relative to real time"
+        self.speed = make(QComboBox, objectName="speed", accessibleName="Simulation speed", toolTip=tip)
+        add_items(self.speed, ((f"{speed:g}×", speed, "") for speed in SPEEDS))
+        select_data(self.speed, 1.0)
         self.speed.currentIndexChanged.connect(self._on_speed_chosen)
         return self.speed
 
     def _make_select(self) -> QToolButton:
         """Return one button for all selection tools: it shows the last one, and its menu lists all."""
-        self.select = QToolButton()
-        self.select.setObjectName("select")
-        self.select.setAccessibleName("Select taxels")
-        self.select.setPopupMode(QToolButton.ToolButtonPopupMode.MenuButtonPopup)
-        self.select.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
-        self.select.setIconSize(self.iconSize())
+        self.select = make(
+            QToolButton,
+            objectName="select",
+            accessibleName="Select taxels",
+            popupMode=QToolButton.ToolButtonPopupMode.MenuButtonPopup,
+            toolButtonStyle=Qt.ToolButtonStyle.ToolButtonTextBesideIcon,
+            iconSize=self.iconSize(),
+        )
         menu = QMenu(self.select)
         specs = self._actions.in_toolbar("select")
         for spec in specs:

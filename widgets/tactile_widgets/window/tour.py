@@ -8,12 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from PySide6.QtCore import QEvent, QObject, QPoint, QRect, Qt, QTimer, Signal
 from PySide6.QtGui import QKeyEvent
-from PySide6.QtWidgets import QApplication, QHBoxLayout, QLabel, QMainWindow, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QApplication, QLabel, QMainWindow, QWidget
 
 from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.core.arrays import FloatArray
 from tactile_widgets.actions.registry import key_text
 from tactile_widgets.common.colours import Theme, mixed
+from tactile_widgets.common.make import STYLE_SPACING, column_layout, make, push_button, row_layout
 from tactile_widgets.common.settings import NavigationStyle
 from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.panels.control.controller_panel import ControllerPanel
@@ -64,25 +65,16 @@ class _Card(QWidget):
         self.setObjectName("tour-card")
         self.setAccessibleName("Tour")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-        self.title, self.text = QLabel(self), QLabel(self)
-        self.title.setObjectName("tour-title")
-        self.title.setProperty("role", "heading")
-        self.text.setObjectName("tour-text")
-        self.text.setWordWrap(True)
-        self.skip, self.leave = QPushButton("Skip", self), QPushButton("Leave", self)
-        for button, tip in ((self.skip, "Continue without this step"), (self.leave, "End the tour (Escape)")):
-            button.setObjectName(f"tour-{button.text().lower()}")
-            button.setToolTip(tip)
-            button.setFocusPolicy(Qt.FocusPolicy.TabFocus)  # after a click, the views keep the keyboard
-        buttons = QHBoxLayout()
-        buttons.addStretch(1)
-        buttons.addWidget(self.skip)
-        buttons.addWidget(self.leave)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(12, 8, 12, 8)
-        column.addWidget(self.title)
-        column.addWidget(self.text)
-        column.addLayout(buttons)
+        self.title = make(QLabel, self, objectName="tour-title", role="heading")
+        self.text = make(QLabel, self, objectName="tour-text", wordWrap=True)
+        by_tab = Qt.FocusPolicy.TabFocus  # after a click, the views keep the keyboard
+        tip = "Continue without this step"
+        self.skip = push_button(self, "tour-skip", "Skip", tip, focusPolicy=by_tab)
+        tip = "End the tour (Escape)"
+        self.leave = push_button(self, "tour-leave", "Leave", tip, focusPolicy=by_tab)
+        buttons = row_layout(None, self.skip, self.leave, spacing=STYLE_SPACING)
+        parts = (self.title, self.text, buttons)
+        column_layout(*parts, parent=self, spacing=STYLE_SPACING, margins=(12, 8, 12, 8))
         self.setFixedWidth(_WIDTH)
         self.hide()
 
@@ -113,8 +105,7 @@ class Tour(QObject):
         self._controller = ""
         self._position = 0
         self._moved = self._chosen = False
-        self._waiting = QTimer(self)
-        self._waiting.setSingleShot(True)
+        self._waiting = make(QTimer, self, singleShot=True)
         self._waiting.timeout.connect(self._next)
         self.card.skip.clicked.connect(self._next)
         self.card.leave.clicked.connect(self.leave)

@@ -35,7 +35,16 @@ from tactile_widgets.common.controller_settings import (
     GainsByController,
     settings_by_controller,
 )
-from tactile_widgets.common.make import add_fact, add_items, button_grid, make, push_button, row_layout, value_label
+from tactile_widgets.common.make import (
+    add_fact,
+    add_items,
+    button_grid,
+    make,
+    push_button,
+    row_layout,
+    select_data,
+    value_label,
+)
 from tactile_widgets.common.panel import MIXED_VALUES, FlatComboBox, Panel
 from tactile_widgets.plots.traces.history import LimitHistory, ShownLimit
 
@@ -391,7 +400,7 @@ class ControllerPanel(Panel):
         of_any_controller = frozenset[str]().union(*settings_by_controller(settings).values())
         for name, box in self._boxes.items():
             value = getattr(settings, name)
-            box.setCurrentIndex(box.findData(value))
+            select_data(box, value)
             box.say(SETTING_CHOICES[name][1][value])
             # A setting of other controllers keeps its place: no row moves when a controller is chosen.
             box.setVisible(name in of_any_controller)

@@ -19,7 +19,16 @@ from tactile_maps.editing.arrange import EDGES, Edge, align, mirror, repack, tru
 from tactile_maps.editing.document import MapDocument, show_patches
 from tactile_maps.editing.reflatten import set_lengths, set_method
 from tactile_maps.flattening.methods import METHODS
-from tactile_widgets.common.make import add_items, button_grid, column_layout, make, progress_bar, row_layout, show_text
+from tactile_widgets.common.make import (
+    add_items,
+    button_grid,
+    column_layout,
+    make,
+    progress_bar,
+    row_layout,
+    select_data,
+    show_text,
+)
 from tactile_widgets.common.panel import MIXED_VALUES, LabelledSlider, Panel
 from tactile_widgets.document.map_editor import MapEditor
 from tactile_widgets.panels.maps.patch_list import PatchList, show_only
@@ -248,7 +257,7 @@ class FlatteningControls(QWidget):
 
     def _show_method(self, methods: set[str]) -> None:
         name = next(iter(methods)) if len(methods) == 1 else ""
-        self._method.setCurrentIndex(self._method.findData(name))
+        select_data(self._method, name)
         self._method.setPlaceholderText(name or MIXED_VALUES)  # the method of an imported chart may be unknown
         tip = _method_tip(name) if name in METHODS else "How the selected patches are flattened"
         self._method.setToolTip(tip if methods else "Select a patch to choose how it is flattened")

@@ -12,7 +12,7 @@ from typing import Any
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QCloseEvent
-from PySide6.QtWidgets import QButtonGroup, QComboBox, QDialog, QLabel, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QButtonGroup, QComboBox, QDialog, QLabel, QPushButton, QWidget
 
 from tactile_maps.editing.document import MapDocument
 from tactile_maps.session.prepare import PreparedScene
@@ -428,9 +428,7 @@ class _DetachedWindow(QDialog):
         self.setObjectName("accuracy-window")
         self.setWindowTitle("Accuracy and time")
         self.resize(820, 640)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(16, 16, 16, 16)
-        layout.addWidget(board)
+        column_layout(board, parent=self, margins=(16, 16, 16, 16))
         board.show()
 
     def done(self, result: int) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QHeaderView, QTreeWidget, QTreeWidgetItem, QWidget
 
@@ -51,30 +51,28 @@ class LinkTree(QTreeWidget):
 
     def show_candidates(self, candidates: Sequence[CoverCandidate]) -> None:
         """List the links of a robot, all unchecked."""
-        blocked = self.blockSignals(True)
-        self.clear()
         children = Counter(candidate.parent for candidate in candidates)
         self.rows = {}
-        for candidate in candidates:
-            above = self.rows.get(candidate.parent)
-            if above is not None and children[candidate.parent] == 1:
-                above = above.parent()
-            row = self.rows[candidate.link] = _row(candidate)
-            if above is None:
-                self.addTopLevelItem(row)
-            else:
-                above.addChild(row)
-        self.expandAll()
-        self.blockSignals(blocked)
+        with QSignalBlocker(self):
+            self.clear()
+            for candidate in candidates:
+                above = self.rows.get(candidate.parent)
+                if above is not None and children[candidate.parent] == 1:
+                    above = above.parent()
+                row = self.rows[candidate.link] = _row(candidate)
+                if above is None:
+                    self.addTopLevelItem(row)
+                else:
+                    above.addChild(row)
+            self.expandAll()
         shown = min(max(len(self.rows), 1), _MOST_ROWS)
         self.setFixedHeight(self.header().sizeHint().height() + shown * max(self.sizeHintForRow(0), 1) + 2)
 
     def show_areas(self, candidates: Sequence[CoverCandidate]) -> None:
         """Show the areas of the links that are listed."""
-        blocked = self.blockSignals(True)
-        for candidate in candidates:
-            self.rows[candidate.link].setText(_AREA, _area_text(candidate))
-        self.blockSignals(blocked)
+        with QSignalBlocker(self):
+            for candidate in candidates:
+                self.rows[candidate.link].setText(_AREA, _area_text(candidate))
 
     @property
     def checked(self) -> tuple[str, ...]:
@@ -83,21 +81,19 @@ class LinkTree(QTreeWidget):
 
     def check(self, links: Iterable[str]) -> None:
         """Check these links, and no others, without emitting."""
-        blocked = self.blockSignals(True)
         chosen = set(links)
-        for link, row in self.rows.items():
-            if row.flags() & Qt.ItemFlag.ItemIsUserCheckable:
-                row.setCheckState(_LINK, Qt.CheckState.Checked if link in chosen else Qt.CheckState.Unchecked)
-        self.blockSignals(blocked)
+        with QSignalBlocker(self):
+            for link, row in self.rows.items():
+                if row.flags() & Qt.ItemFlag.ItemIsUserCheckable:
+                    row.setCheckState(_LINK, Qt.CheckState.Checked if link in chosen else Qt.CheckState.Unchecked)
 
     def show_counts(self, counts: Mapping[str, int] | None) -> None:
         """Show the number of taxels of each link; None while those of the checked links are being computed."""
-        blocked = self.blockSignals(True)
         checked = self.checked
-        for link, row in self.rows.items():
-            known = "" if link not in checked else PENDING if counts is None else f"{counts.get(link, 0):,}"
-            row.setText(_TAXELS, f"{counts[link]:,}" if counts is not None and link in counts else known)
-        self.blockSignals(blocked)
+        with QSignalBlocker(self):
+            for link, row in self.rows.items():
+                known = "" if link not in checked else PENDING if counts is None else f"{counts.get(link, 0):,}"
+                row.setText(_TAXELS, f"{counts[link]:,}" if counts is not None and link in counts else known)
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from PySide6.QtCore import Signal
+from PySide6.QtCore import QSignalBlocker, Signal
 from PySide6.QtWidgets import QCheckBox, QComboBox, QLabel, QWidget
 
 from tactile_maps.core.errors import counted
@@ -21,7 +21,15 @@ from tactile_maps.skin.fitting.cover import (
     CoverSpec,
 )
 from tactile_maps.skin.taxel_placement.placement import MODULE_PITCH
-from tactile_widgets.common.make import add_items, caption_label, column_layout, make, push_button, row_layout
+from tactile_widgets.common.make import (
+    add_items,
+    caption_label,
+    column_layout,
+    make,
+    push_button,
+    row_layout,
+    select_data,
+)
 from tactile_widgets.common.number_field import NumberField, guard_wheel
 from tactile_widgets.common.panel import Panel
 from tactile_widgets.panels.model.link_tree import LinkTree
@@ -245,23 +253,22 @@ class SkinPanel(Panel):
         self.tree.show_counts(self._shown.counts)
         self.note.setText(self._shown.note)
         modules = cover.pattern == "modules"
-        self.amount.setCurrentIndex(self.amount.findData(_NUMBER if cover.pitch is None and not modules else _PITCH))
+        select_data(self.amount, _NUMBER if cover.pitch is None and not modules else _PITCH)
         self.taxels.show_number(cover.taxels)
         usual = _MM * MODULE_PITCH if modules else _USUAL_PITCH
         self.pitch.show_number(usual if cover.pitch is None else _MM * cover.pitch)
-        self.pattern.setCurrentIndex(self.pattern.findData(cover.pattern))
+        select_data(self.pattern, cover.pattern)
         self.margin.show_number(_MM * cover.margin)
-        self.axes.setCurrentIndex(self.axes.findData(cover.axes))
-        blocked = self.dense.blockSignals(True)
-        self.dense.setChecked(cover.density == "curvature")
-        self.dense.blockSignals(blocked)
+        select_data(self.axes, cover.axes)
+        with QSignalBlocker(self.dense):
+            self.dense.setChecked(cover.density == "curvature")
         self._update()
 
     def _update(self) -> None:
         """Show and enable what the choice allows."""
         pattern = self.pattern.currentData()
         if pattern == "modules":
-            self.amount.setCurrentIndex(self.amount.findData(_PITCH))
+            select_data(self.amount, _PITCH)
         by_number = self.amount.currentData() == _NUMBER
         editable = not self._refusal
         self.taxels.setVisible(by_number)

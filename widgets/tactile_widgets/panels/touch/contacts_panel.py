@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtWidgets import QGridLayout, QInputDialog, QPushButton, QScrollBar, QSizePolicy, QWidget
 
 from tactile_maps.contacts.detection.centre_of_pressure import SensorUncertainty
@@ -32,7 +32,16 @@ from tactile_maps.tactile.mechanics.contact_notes import (
     lacking_shares,
 )
 from tactile_maps.tactile.sensors.sensor_effects import ALIVE
-from tactile_widgets.common.make import ElidedLabel, add_items, column_layout, make, show_text, value_label
+from tactile_widgets.common.make import (
+    DELETED_ON_CLOSE,
+    ElidedLabel,
+    add_items,
+    column_layout,
+    make,
+    select_data,
+    show_text,
+    value_label,
+)
 from tactile_widgets.common.panel import FlatComboBox, Panel
 from tactile_widgets.document.taxel_selection import TaxelSelection, region_colour
 from tactile_widgets.overlays.taxel_faults import TaxelFaults
@@ -187,7 +196,7 @@ class EstimationControls(QWidget):
         """Show the current settings."""
         self._settings = settings
         words, tip = estimator_words(settings.estimator)
-        self.estimator.setCurrentIndex(self.estimator.findData(settings.estimator))
+        select_data(self.estimator, settings.estimator)
         self.estimator.say(words)
         self.estimator.setToolTip(f"{ESTIMATOR_TIP}.\n\n{tip}")
         for row, threshold in enumerate(self._thresholds):
@@ -244,12 +253,13 @@ class EstimationControls(QWidget):
             labelText=f"A taxel is in contact at or above this value ({self._units.unit}):",
             inputMode=QInputDialog.InputMode.DoubleInput,
             doubleDecimals=3,
+            doubleMinimum=1e-3 * LIMITS[0],
+            doubleMaximum=1e-3 * LIMITS[1],
+            doubleValue=1e-3 * (self._settings.threshold or self._usual),
+            attribute=DELETED_ON_CLOSE,
+            doubleValueSelected=self._on_threshold_entered,
+            finished=self._on_threshold_asked,
         )
-        box.setDoubleRange(*(1e-3 * limit for limit in LIMITS))
-        box.setDoubleValue(1e-3 * (self._settings.threshold or self._usual))
-        box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        box.doubleValueSelected.connect(self._on_threshold_entered)
-        box.finished.connect(self._on_threshold_asked)
         box.open()
 
     def _on_threshold_entered(self, value: float) -> None:
@@ -712,13 +722,12 @@ class ContactsPanel(Panel):
     def _fill(self) -> None:
         ordered = sorted(self._regions, key=lambda region: region.id)
         most = max(len(ordered) - _ROWS, 0)
-        self.scroll_bar.blockSignals(True)  # valueChanged would call this method again
-        self.scroll_bar.setRange(0, most)
         place = next((k for k, one in enumerate(ordered) if one.id == self._selected), None)
-        if self._reveal and place is not None:  # once: afterwards the user may scroll away
-            self._reveal = False
-            self.scroll_bar.setValue(min(max(self.scroll_bar.value(), place - _ROWS + 1), place))
-        self.scroll_bar.blockSignals(False)
+        with QSignalBlocker(self.scroll_bar):  # valueChanged would call this method again
+            self.scroll_bar.setRange(0, most)
+            if self._reveal and place is not None:  # once: afterwards the user may scroll away
+                self._reveal = False
+                self.scroll_bar.setValue(min(max(self.scroll_bar.value(), place - _ROWS + 1), place))
         self.scroll_bar.setVisible(most > 0)
         shown = ordered[self.scroll_bar.value() :]
         for number, row in enumerate(self._rows):

@@ -49,9 +49,7 @@ class HeldFingers(QWidget):
         self.finger = Finger()
         self._rows = dict[int, _Row]()
         self._skin: Skin | None = None
-        self.drags = QCheckBox("Drag", self)
-        self.drags.setObjectName("finger-drags")
-        self.drags.setToolTip(_DRAG_TIP)
+        self.drags = make(QCheckBox, "Drag", self, objectName="finger-drags", toolTip=_DRAG_TIP)
         name = "Force of the mouse's finger"
         self.most = NumberField(name, *_FORCE, "The force at which the mouse's finger stops", self)
         name = "Speed of the mouse's finger"

@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPaintEvent, QPen
-from PySide6.QtWidgets import QComboBox, QHBoxLayout, QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QComboBox, QSizePolicy, QWidget
 
 from tactile_maps.contacts.pipeline import NOISE_FACTORS, THRESHOLDS, CloseContacts, ReadingSettings
 from tactile_maps.core.arrays import FloatArray
@@ -20,7 +20,7 @@ from tactile_maps.core.reading_units import ReadingUnits
 from tactile_maps.live.session.measured_session import ReadingLevels
 from tactile_widgets.common.colours import DARK, Theme
 from tactile_widgets.common.lists import small_font
-from tactile_widgets.common.make import caption_label, make, show_text
+from tactile_widgets.common.make import STYLE_SPACING, caption_label, column_layout, make, row_layout, show_text
 from tactile_widgets.common.number_field import NumberField
 
 _BINS = 64
@@ -157,16 +157,9 @@ class ReadingDistribution(QWidget):
         self._caption = caption_label(self, "distribution-caption")
         self._caption.setAlignment(Qt.AlignmentFlag.AlignTop)
         self._caption.setFixedHeight(2 * self._caption.fontMetrics().lineSpacing())
-        row = QHBoxLayout()
-        row.addWidget(self.kind, 1)
-        row.addWidget(self.factor)
-        row.addWidget(self.level)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.addWidget(self.view)
-        column.addWidget(self._caption)
-        column.addLayout(row)
-        column.addWidget(self.close_contacts)
+        row = row_layout(self.kind, self.factor, self.level, spacing=STYLE_SPACING, stretch=self.kind)
+        parts = (self.view, self._caption, row, self.close_contacts)
+        column_layout(*parts, parent=self, spacing=STYLE_SPACING)
         self.show_reading(self._settings)
 
     @property

@@ -10,10 +10,11 @@ from dataclasses import replace
 
 from PySide6.QtCore import QPoint, Qt, Signal
 from PySide6.QtGui import QColor, QContextMenuEvent, QKeyEvent
-from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QPushButton, QStackedWidget, QWidget
+from PySide6.QtWidgets import QComboBox, QLabel, QStackedWidget, QWidget
 
 from tactile_maps.core.errors import counted
 from tactile_widgets.common.colours import Theme
+from tactile_widgets.common.make import add_items, make, push_button, row_layout, select_data, value_label
 from tactile_widgets.plots.timeline.playhead import SPEEDS, Playhead, Span, clock_text
 from tactile_widgets.plots.timeline.scrub_bar import SIDE, DamagedSpan, ScrubBar, TimelineNotes
 
@@ -53,47 +54,32 @@ class Timeline(QWidget):
         self._recorded: float | None = None
         self._range: Span | None = None
         self._marks = 0
-        self._play, self._live = QPushButton("Play", self), QPushButton("Back to live", self)
-        self._clock, self._note = QLabel(self), QLabel(self)
-        self._bar, self._speed = ScrubBar(theme, self), QComboBox(self)
-        self._middle = QStackedWidget(self)
-        self._set_up()
-        self._lay_out()
-        self.set_theme(theme)
-
-    def _set_up(self) -> None:
-        self._play.setObjectName("timeline-play")
-        self._play.setToolTip("Play or pause the recording")
-        self._play.clicked.connect(self.toggle_play)
-        self._live.setObjectName("timeline-live")
-        self._live.setToolTip("Leave the recording and go back to the running simulation")
-        self._live.clicked.connect(self.live_requested)
-        self._clock.setAccessibleName("Time")
-        self._clock.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+        tip = "Play or pause the recording"
+        self._play = push_button(self, "timeline-play", "Play", tip, self.toggle_play)
+        tip = "Leave the recording and go back to the running simulation"
+        self._live = push_button(self, "timeline-live", "Back to live", tip, self.live_requested)
+        self._clock = value_label("", self, right=True, accessibleName="Time")
         self._clock.setMinimumWidth(self._clock.fontMetrics().horizontalAdvance("00:00.0 / 00:00.0") + 8)
-        self._speed.setObjectName("timeline-speed")
-        self._speed.setAccessibleName("Speed")
-        self._speed.setToolTip("How fast the recording plays, as a multiple of real time")
-        for speed in SPEEDS:
-            self._speed.addItem(f"{speed:g}×", speed)
-        self._speed.setCurrentIndex(SPEEDS.index(1.0))
+        self._note = QLabel(self)
+        self._bar = ScrubBar(theme, self)
+        tip = "How fast the recording plays, as a multiple of real time"
+        self._speed = make(QComboBox, self, objectName="timeline-speed", accessibleName="Speed", toolTip=tip)
+        add_items(self._speed, ((f"{speed:g}×", speed, "") for speed in SPEEDS))
+        select_data(self._speed, 1.0)
         self._speed.currentIndexChanged.connect(self._on_speed_chosen)
+        self._middle = QStackedWidget(self)
         self._bar.scrubbed.connect(self._on_bar_scrubbed)
         self._bar.range_dragged.connect(self.set_range)
         self._bar.menu_requested.connect(self.menu_requested)
         self._bar.resized.connect(self._on_bar_resized)
+        self._lay_out()
+        self.set_theme(theme)
 
     def _lay_out(self) -> None:
         self._middle.addWidget(self._note)
         self._middle.addWidget(self._bar)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(12, 4, 12, 4)
-        row.setSpacing(8)
-        row.addWidget(self._play)
-        row.addWidget(self._clock)
-        row.addWidget(self._middle, 1)
-        row.addWidget(self._speed)
-        row.addWidget(self._live)
+        parts = (self._play, self._clock, self._middle, self._speed, self._live)
+        row_layout(*parts, parent=self, stretch=self._middle, margins=(12, 4, 12, 4))
         self.setFixedHeight(56)
 
     def _on_bar_resized(self) -> None:

@@ -11,12 +11,13 @@ from functools import cached_property
 import numpy as np
 from PySide6.QtCore import QEvent, QPoint, QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QImage, QMouseEvent, QPainter, QPaintEvent, QPen
-from PySide6.QtWidgets import QLabel, QToolTip, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QLabel, QToolTip, QWidget
 
 from tactile_maps.core.arrays import FloatArray, IntArray
 from tactile_maps.core.reading_units import ReadingUnits
 from tactile_maps.skin.model.skin import Skin
 from tactile_widgets.common.colours import PressureScale, Theme
+from tactile_widgets.common.make import column_layout
 from tactile_widgets.document.taxel_search import taxel_words
 from tactile_widgets.plots.traces.history import TaxelHistory
 from tactile_widgets.plots.traces.trace_plots import AXIS_END, AXIS_START, TIME_TICKS, PlotSeries
@@ -128,11 +129,7 @@ class RasterPlot(QWidget):
         self._heading = QLabel(self)
         self._heading.setFont(caption)
         self._canvas = _Canvas(self, theme, scale, caption)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(4)
-        layout.addWidget(self._heading)
-        layout.addWidget(self._canvas, 1)
+        column_layout(self._heading, self._canvas, parent=self, spacing=4, stretch=self._canvas)
         self.set_theme(theme)
 
     def set_theme(self, theme: Theme) -> None:

@@ -11,10 +11,11 @@ from typing import NamedTuple
 
 from PySide6.QtCore import QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPaintEvent, QPen
-from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QLabel, QWidget
 
 from tactile_maps.control.motion.limits import Severity
 from tactile_widgets.common.colours import Theme, mixed
+from tactile_widgets.common.make import column_layout
 from tactile_widgets.plots.traces.history import EventHistory, LimitHistory
 from tactile_widgets.plots.traces.trace_plots import (
     AXIS_END,
@@ -86,11 +87,7 @@ class SpanStrip(QWidget):
         self._heading, self._rows = QLabel(self), _Rows(theme, caption, self)
         self._heading.setFont(caption)
         self._heading.setWordWrap(True)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(4)
-        layout.addWidget(self._heading)
-        layout.addWidget(self._rows, 1)
+        column_layout(self._heading, self._rows, parent=self, spacing=4, stretch=self._rows)
         self.set_theme(theme)
 
     @property

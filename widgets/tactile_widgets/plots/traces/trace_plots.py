@@ -15,7 +15,7 @@ import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor, QFontMetricsF
-from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QLabel, QWidget
 
 from tactile_maps.contacts.detection.regions import ContactRegion
 from tactile_maps.control.motion.joint_impedance import MAX_JOINT_SPEED
@@ -23,6 +23,7 @@ from tactile_maps.core.arrays import FloatArray, IntArray
 from tactile_maps.core.reading_units import ReadingUnits
 from tactile_maps.session.frame import Frame
 from tactile_widgets.common.colours import Theme, mixed
+from tactile_widgets.common.make import column_layout
 from tactile_widgets.document.taxel_selection import TAXEL_COLOURS, region_colour
 from tactile_widgets.plots.traces.history import SampleHistory, TaxelHistory
 from tactile_widgets.plots.traces.plot_canvas import PlotCanvas
@@ -108,11 +109,7 @@ class TracePlot(QWidget):
         self._heading.setWordWrap(True)
         self.plot = PlotCanvas(self)
         self._heading.setFont(self.plot.small)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(4)
-        layout.addWidget(self._heading)
-        layout.addWidget(self.plot, 1)
+        column_layout(self._heading, self.plot, parent=self, spacing=4, stretch=self.plot)
         self._set_up_axes()
         self.reach(0.0)
         self.plot.getViewBox().sigResized.connect(self._show_ticks)  # also if the heading gets another line

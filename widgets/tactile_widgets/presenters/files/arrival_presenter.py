@@ -8,6 +8,7 @@ from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QApplication, QWidget
 
 from tactile_maps.scene.scene import Scene
+from tactile_widgets.common.make import make
 from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.context.presenter import Presenter
 from tactile_widgets.presenters.maps.map_file_presenter import MapFilePresenter
@@ -35,9 +36,7 @@ class ArrivalPresenter(Presenter):
         self._map_files = map_files
         self._skin_steps = tools.skin_steps
         self._waiting: tuple[Callable[[], None], Scene | None] | None = None
-        self._timer = QTimer(self)
-        self._timer.setInterval(_POLL_MS)
-        self._timer.timeout.connect(self._on_timer)
+        self._timer = make(QTimer, self, interval=_POLL_MS, timeout=self._on_timer)
         context.session.admit = self._on_arrived
         context.session.opening_stopped.connect(self.close)
         context.session.opening_stopped.connect(map_files.stay)

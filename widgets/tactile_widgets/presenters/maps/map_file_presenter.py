@@ -46,6 +46,7 @@ from tactile_maps.scene.scene_file import scene_from_toml, scene_to_toml
 from tactile_maps.session.prepare import PreparedScene
 from tactile_maps.session.runtime_settings import RuntimeSettings
 from tactile_maps.skin.formats.mujoco_touch import write_touch_sensors
+from tactile_widgets.common.make import make
 from tactile_widgets.common.settings import Question
 from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.context.presenter import Presenter
@@ -123,9 +124,7 @@ class MapFilePresenter(Presenter):
         self._left: tuple[MapDocument | None, RuntimeSettings | None] | None = None  # what the user discarded
         self._writer = ThreadPoolExecutor(max_workers=1, thread_name_prefix="autosave")
         self._writing: Future[bool] | None = None
-        self._timer = QTimer(self)
-        self._timer.setInterval(AUTOSAVE_MS)
-        self._timer.timeout.connect(self.autosave)
+        self._timer = make(QTimer, self, interval=AUTOSAVE_MS, timeout=self.autosave)
         self._timer.start()
         self._editor.history_changed.connect(self._on_history_changed)
         scene_file.changed.connect(self.changed)

@@ -6,6 +6,7 @@ from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QWidget
 
 from tactile_maps.session.frame import Frame
+from tactile_widgets.common.make import make
 from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.context.presenter import Presenter
 from tactile_widgets.plots.traces.trace_plots import PLOT_SECONDS
@@ -29,12 +30,8 @@ class ReplayPast(Presenter):
         self._plots = context.plots
         self._frames: list[Frame] = []
         self._next = 0
-        self._rest = QTimer(self)
-        self._slices = QTimer(self)
-        self._rest.setSingleShot(True)
-        self._rest.setInterval(_REST_MS)
-        self._rest.timeout.connect(self._on_rested)
-        self._slices.timeout.connect(self._on_slice)
+        self._rest = make(QTimer, self, singleShot=True, interval=_REST_MS, timeout=self._on_rested)
+        self._slices = make(QTimer, self, timeout=self._on_slice)
         context.session.replay.jumped.connect(self._on_jumped)
         context.session.replay.player_changed.connect(self.close)
 

@@ -14,6 +14,7 @@ from PySide6.QtWidgets import QWidget
 from tactile_maps.core.errors import TactileMapsError
 from tactile_maps.recording.file.damage import damage_text
 from tactile_maps.recording.player import RecordingPlayer
+from tactile_widgets.common.make import make
 from tactile_widgets.common.mode import Mode
 from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.context.presenter import Presenter
@@ -43,9 +44,7 @@ class SessionPresenter(Presenter):
         super().__init__(context, parent)
         self._timeline = context.timeline
         self._play_clock = QElapsedTimer()
-        self._play_timer = QTimer(self)
-        self._play_timer.setInterval(_PLAY_MS)
-        self._play_timer.timeout.connect(self._on_play_timer)
+        self._play_timer = make(QTimer, self, interval=_PLAY_MS, timeout=self._on_play_timer)
         context.actions.bind(
             pause=self.toggle_pause,
             step=self._session.step,

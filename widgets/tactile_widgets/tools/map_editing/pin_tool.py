@@ -31,6 +31,7 @@ from tactile_maps.flattening.chart import Pin
 from tactile_maps.flattening.pinned_patch import PinnedPatch
 from tactile_maps.geometry.surface.mesh import SurfacePoint
 from tactile_widgets.common.colours import Theme
+from tactile_widgets.common.make import make
 from tactile_widgets.document.map_editor import MapEditor
 from tactile_widgets.tools.map_editing.map_edit_tool import MapEditTool, seam_lines
 from tactile_widgets.views.interaction.arrow_keys import nudge_of
@@ -129,10 +130,7 @@ class PinDrag(QObject):
         self._grab = grab
         self.number = number
         self._gripped: PinnedPatch = begin_pin_drag(document, number)
-        self._rest = QTimer(self)
-        self._rest.setSingleShot(True)
-        self._rest.setInterval(FRAME_MS)
-        self._rest.timeout.connect(self._on_rest)
+        self._rest = make(QTimer, self, singleShot=True, interval=FRAME_MS, timeout=self._on_rest)
 
     def move(self, point: FloatArray) -> None:
         """Move the pin with the pointer at a map point (2,) [m]."""

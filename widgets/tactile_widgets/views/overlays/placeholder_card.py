@@ -6,7 +6,9 @@ from dataclasses import dataclass
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QFont, QPalette
-from PySide6.QtWidgets import QLabel, QProgressBar, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QLabel, QPushButton, QVBoxLayout, QWidget
+
+from tactile_widgets.common.make import make, progress_bar
 
 
 @dataclass(frozen=True)
@@ -52,18 +54,14 @@ class PlaceholderCard(QWidget):
         self.setBackgroundRole(QPalette.ColorRole.Base)  # background of the views
         self._heading, self._text = QLabel(self), QLabel(self)
         self._text.setTextFormat(Qt.TextFormat.PlainText)
-        self._progress, self._button = QProgressBar(self), QPushButton(self)
+        self._progress = make(progress_bar, self, fixedWidth=240)
+        self._button = make(QPushButton, self, clicked=self._on_clicked)
         heading = QFont(self.font())
         heading.setPixelSize(16)
         self._heading.setFont(heading)
         self._text.setWordWrap(True)
         self._heading.setForegroundRole(QPalette.ColorRole.Text)
         self._text.setForegroundRole(QPalette.ColorRole.PlaceholderText)
-        self._progress.setRange(0, 1000)
-        self._progress.setTextVisible(False)
-        self._progress.setFixedSize(240, 6)
-        self._progress.setAccessibleName("Progress")
-        self._button.clicked.connect(self._on_clicked)
         layout = QVBoxLayout(self)
         layout.setSpacing(8)
         layout.addStretch(1)

@@ -10,12 +10,13 @@ from collections.abc import Mapping
 import numpy as np
 from PySide6.QtCore import QEvent, QObject, QPointF, QPropertyAnimation, QRectF, Qt, Signal
 from PySide6.QtGui import QFocusEvent, QHideEvent, QKeyEvent, QMouseEvent, QResizeEvent, QShowEvent, QWheelEvent
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QSlider, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QLabel, QSlider, QWidget
 
 from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray
 from tactile_maps.geometry.surface.mesh import SurfacePoint
 from tactile_maps.session.prepare import PreparedScene
 from tactile_widgets.common.colours import PressureScale, Theme
+from tactile_widgets.common.make import column_layout, make, row_layout
 from tactile_widgets.common.tool_kinds import ToolKind
 from tactile_widgets.views.interaction.navigation import CameraMotion, zoom_by
 from tactile_widgets.views.interaction.select_gesture import Pixel
@@ -52,18 +53,20 @@ class MorphSlider(QWidget):
     def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
         self.setObjectName("morph")
-        self.slider = QSlider(Qt.Orientation.Horizontal, self)
-        self.slider.setRange(0, STEPS)
-        self.slider.setAccessibleName("Flatten: body to map")
-        self.slider.setToolTip("Flatten the skin with the pressures on it; each point moves straight to the map")
-        self.slider.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        self.slider.valueChanged.connect(self._on_value_changed)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(6, 0, 6, 0)
-        row.setSpacing(6)
-        for part in (QLabel("Body", self), self.slider, QLabel("Map", self)):
-            part.setProperty("role", "caption")
-            row.addWidget(part)
+        left = make(QLabel, "Body", self, role="caption")
+        self.slider = make(
+            QSlider,
+            Qt.Orientation.Horizontal,
+            self,
+            maximum=STEPS,
+            accessibleName="Flatten: body to map",
+            toolTip="Flatten the skin with the pressures on it; each point moves straight to the map",
+            focusPolicy=Qt.FocusPolicy.TabFocus,
+            role="caption",
+            valueChanged=self._on_value_changed,
+        )
+        right = make(QLabel, "Map", self, role="caption")
+        row_layout(left, self.slider, right, parent=self, spacing=6, margins=(6, 0, 6, 0))
         self._ease = QPropertyAnimation(self.slider, b"value", self)
         self._ease.setDuration(EASE_MS)
         self.resize(_WIDTH, _HEIGHT)
@@ -136,9 +139,7 @@ class RobotView(QWidget):
         self._picker: SkinPicker | None = None
         self._taxels: BodyTaxels | None = None
         self.display = RobotDisplay(self, theme, scale, layers=layers, off_screen=off_screen)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.addWidget(self.display.canvas.widget)
+        column_layout(self.display.canvas.widget, parent=self)
         self.morph = MorphSlider(self)
         self.morph.moved.connect(self._on_morphed)
         self.card = PlaceholderCard(_TEXTS, self)

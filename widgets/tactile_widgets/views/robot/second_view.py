@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 from PySide6.QtCore import QEvent, QObject, QPointF, QSize, QTimer, Signal
 from PySide6.QtGui import QMouseEvent, QResizeEvent, QShowEvent, QWheelEvent
-from PySide6.QtWidgets import QFrame, QLabel, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QFrame, QLabel, QWidget
 
 from tactile_maps.contacts.detection.regions import ContactRegion
 from tactile_maps.core.arrays import FloatArray
@@ -20,6 +20,7 @@ from tactile_maps.robots.kinematics import Configuration
 from tactile_maps.session.frame import Frame
 from tactile_maps.session.prepare import PreparedScene
 from tactile_widgets.common.colours import PressureScale, Theme
+from tactile_widgets.common.make import column_layout, make
 from tactile_widgets.common.settings import NavigationStyle
 from tactile_widgets.views.interaction.navigation import CameraMotion, motion_of, zoom_by
 from tactile_widgets.views.robot.actors.camera import Viewpoint, look_from, orbit, pan, zoom
@@ -62,16 +63,11 @@ class SecondView(QWidget):
         self.setAccessibleName("Second view of the robot")
         self.setMinimumSize(160, 120)
         self.display = RobotDisplay(self, theme, scale, layers=layers)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.addWidget(self.display.canvas.widget)
+        column_layout(self.display.canvas.widget, parent=self)
         self._held: tuple[QPointF, CameraMotion] | None = None
         self.navigation = NavigationStyle.STANDARD
         self._waiting: Frame | None = None
-        self._pace = QTimer(self)
-        self._pace.setSingleShot(True)
-        self._pace.setInterval(EVERY_MS)
-        self._pace.timeout.connect(self._show_waiting)
+        self._pace = make(QTimer, self, singleShot=True, interval=EVERY_MS, timeout=self._show_waiting)
         self.display.canvas.widget.installEventFilter(self)
 
     def sizeHint(self) -> QSize:
@@ -204,14 +200,9 @@ class ContactInset(QFrame):
         self.setStyleSheet("#contact-inset { background: palette(window); border: 1px solid palette(mid); }")
         self.view = _FollowingView(theme, scale, self)
         self.view.double_clicked.connect(self._on_double_clicked)
-        self.words = QLabel("No contact yet", self)
-        self.words.setProperty("role", "caption")
+        self.words = make(QLabel, "No contact yet", self, role="caption")
         self.words.setContentsMargins(6, 1, 6, 2)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(1, 1, 1, 1)
-        column.setSpacing(0)
-        column.addWidget(self.view, 1)
-        column.addWidget(self.words)
+        column_layout(self.view, self.words, parent=self, spacing=0, stretch=self.view, margins=(1, 1, 1, 1))
         self.followed: ContactRegion | None = None
         self.view.followed.connect(self._on_followed)
         parent.installEventFilter(self)
