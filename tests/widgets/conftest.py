@@ -143,13 +143,7 @@ def own_files(tmp_path, monkeypatch):
 
 
 def _write_into(folder: Path, patching: pytest.MonkeyPatch) -> None:
-    patching.setattr(
-        "tactile_widgets.presenters.session.session_presenter.recordings_folder", lambda: folder / "recordings"
-    )
-    for presenter in ("recordings_presenter", "study_presenter"):
-        patching.setattr(
-            f"tactile_widgets.presenters.files.{presenter}.recordings_folder", lambda: folder / "recordings"
-        )
+    patching.setattr("tactile_widgets.common.settings.usual_recordings_folder", lambda: folder / "recordings")
     patching.setenv("XDG_DATA_HOME", str(folder / "data"))  # where the trash is
     patching.setattr(
         "tactile_widgets.presenters.maps.map_file_presenter.user_state_path", lambda *_args, **_kwargs: folder / "state"

@@ -161,7 +161,12 @@ def test_undo_and_redo_name_their_step(window):
 @pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "step"),
-    [("mirror", "Mirror"), ("align_left", "Align"), ("align_middle", "Align"), ("hide_patches", "Hide patches")],
+    [
+        ("mirror", "Mirror"),
+        ("align_left", "Align left"),
+        ("align_middle", "Align middle"),
+        ("hide_patches", "Hide patches"),
+    ],
 )
 def test_menu_edits_the_selected_patches(window, name, step):
     assert not window.action(name).isEnabled(), "nothing is selected"

@@ -200,7 +200,7 @@ def test_link_checked_before_the_areas_are_known_stays_checked(window):
     assert not any(row.text(1) for row in panel.tree.rows.values())
     shown = panel.tree.checked
     bare = next(link for link, row in panel.tree.rows.items() if link not in shown and row.flags())
-    panel.check_link(bare, checked=True)
+    panel.tree.rows[bare].setCheckState(0, Qt.CheckState.Checked)
     panel.show_candidates(cover_candidates(robot))
     assert set(panel.tree.checked) == {*shown, bare}
     assert panel.tree.rows[bare].text(1)
@@ -431,7 +431,7 @@ def test_grid_stays_while_its_link_is_checked(window, prepared):
     window.live.show_prepared(prepare_cached(with_grid(scene, grid, ("forearm", "hand"))))
     panel = panel_of(window)
     assert panel.tree.checked == ("forearm", "hand")
-    panel.check_link("wrist", checked=True)
+    panel.tree.rows["wrist"].setCheckState(0, Qt.CheckState.Checked)
     click(window, "skin-apply")
     assert window.live.prepared.scene.grids == (grid,)
     assert window.live.prepared.scene.cover.links == ("forearm", "wrist")

@@ -157,7 +157,7 @@ def test_lock_is_released_after_each_tick(prepared, qtbot):
 
     asking = threading.Thread(target=ask)
     asking.start()
-    qtbot.waitUntil(lambda: runner.lock.contended)
+    qtbot.waitUntil(lambda: runner.lock._turn.locked())
     session.gate.release(1000)
     asking.join()
     runner.stop()

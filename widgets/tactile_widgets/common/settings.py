@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 
-from platformdirs import user_config_path
+from platformdirs import user_config_path, user_documents_path
 from PySide6.QtCore import QByteArray, QSettings
 
 
@@ -150,6 +150,11 @@ def _remove(store: QSettings, folder: Path) -> None:
     shutil.rmtree(folder, ignore_errors=True)
 
 
+def usual_recordings_folder() -> Path:
+    """Return the folder of recordings without another one in the preferences."""
+    return user_documents_path() / "Tactile Maps"
+
+
 class Settings:
     """Theme, geometry, overlays, keys, recent files and other settings of the window.
 
@@ -185,6 +190,11 @@ class Settings:
     @theme.setter
     def theme(self, name: str) -> None:
         self._store.setValue("theme", name)
+
+    @property
+    def recordings_folder(self) -> Path:
+        """Folder of new recordings: the one in the preferences, or the usual one."""
+        return Path(self.preferences.recordings or usual_recordings_folder())
 
     @property
     def preferences(self) -> Preferences:

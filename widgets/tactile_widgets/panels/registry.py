@@ -23,6 +23,7 @@ from tactile_widgets.panels.model.effects_panel import EffectsPanel
 from tactile_widgets.panels.model.findings_panel import FindingsPanel, MessagesPanel
 from tactile_widgets.panels.model.skin_panel import SkinPanel
 from tactile_widgets.panels.model.timing_panel import TimingPanel
+from tactile_widgets.panels.touch.connected_panel import ConnectedPanel
 from tactile_widgets.panels.touch.contacts_panel import ContactsPanel
 from tactile_widgets.panels.touch.events_panel import EventsPanel
 from tactile_widgets.panels.touch.live_input_panel import LiveInputPanel
@@ -107,29 +108,23 @@ def _follow_behaviours(panel: BehavioursPanel, session: SessionHost, _selection:
     panel.behaviours_edited.connect(session.set_behaviours)
 
 
-def _follow_live_input(panel: LiveInputPanel, session: SessionHost, selection: TaxelSelection) -> None:
+def _follow_connection(panel: ConnectedPanel, session: SessionHost, selection: TaxelSelection) -> None:
     session.connection.changed.connect(panel.show_input)
+    panel.follow(selection)
+
+
+def _follow_live_input(panel: LiveInputPanel, session: SessionHost, selection: TaxelSelection) -> None:
+    _follow_connection(panel, session, selection)
     session.reading_changed.connect(panel.show_reading)
     panel.reading_edited.connect(session.set_reading)
-    panel.follow(selection)
-
-
-def _follow_skin_check(panel: SkinCheckPanel, session: SessionHost, selection: TaxelSelection) -> None:
-    session.connection.changed.connect(panel.show_input)
-    panel.follow(selection)
 
 
 def _follow_simulated_skin(panel: SimulatedSkinPanel, session: SessionHost, selection: TaxelSelection) -> None:
-    session.connection.changed.connect(panel.show_input)
+    _follow_connection(panel, session, selection)
     comparison = session.skin_comparison
     comparison.compared.connect(panel.show_difference)
     comparison.failed.connect(panel.show_refusal)
     panel.enabled_changed.connect(comparison.set_enabled)
-    panel.follow(selection)
-
-
-def _follow_requested_motion(panel: RequestedMotionPanel, session: SessionHost, _selection: TaxelSelection) -> None:
-    session.connection.changed.connect(panel.show_input)
 
 
 def _follow_quality(panel: QualityPanel, session: SessionHost, _selection: TaxelSelection) -> None:
@@ -151,7 +146,7 @@ PANELS = (
         PanelTab.LIVE,
         lambda *_: SkinCheckPanel(),
         GuidePlace("live", "Checking a skin"),
-        _follow_skin_check,
+        _follow_connection,
         folded_at_first=True,
     ),
     PanelSpec(
@@ -165,7 +160,7 @@ PANELS = (
         PanelTab.LIVE,
         lambda *_: RequestedMotionPanel(),
         GuidePlace("live", "Motion for the real robot"),
-        _follow_requested_motion,
+        _follow_connection,
         folded_at_first=True,
     ),
     PanelSpec(PanelTab.TOUCH, lambda *_: ContactsPanel(), GuidePlace("control", "Contacts"), _follow_contacts),

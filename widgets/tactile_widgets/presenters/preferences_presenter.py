@@ -9,12 +9,11 @@ from PySide6.QtWidgets import QWidget
 
 from tactile_maps.core.errors import RecordingError, TactileMapsError
 from tactile_widgets.common.colours import Theme
-from tactile_widgets.common.settings import Preferences
+from tactile_widgets.common.settings import Preferences, usual_recordings_folder
 from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.context.presenter import Presenter
 from tactile_widgets.dialogs.preferences_dialog import PreferencesDialog
 from tactile_widgets.panels.control.posture_panel import PosturePanel
-from tactile_widgets.presenters.session.session_presenter import recordings_folder
 from tactile_widgets.session.recording_writer import make_recording_folder
 
 
@@ -41,7 +40,7 @@ class PreferencesPresenter(Presenter):
     def show(self) -> None:
         """Open the dialog, or bring it to the front."""
         if self.dialog is None:
-            self.dialog = PreferencesDialog(self._context.settings.preferences, recordings_folder(), self._window)
+            self.dialog = PreferencesDialog(self._context.settings.preferences, usual_recordings_folder(), self._window)
             self.dialog.changed.connect(self.use)
             self.dialog.folder_requested.connect(self._choose_folder)
             self.dialog.folder_entered.connect(self._enter_folder)

@@ -45,11 +45,6 @@ class FairLock:
         self._turn = threading.Lock()
         self._held = threading.Lock()
 
-    @property
-    def contended(self) -> bool:
-        """True if a thread waits for the lock."""
-        return self._turn.locked()
-
     def __enter__(self) -> None:
         with self._turn:
             self._held.acquire()

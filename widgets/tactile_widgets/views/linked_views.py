@@ -20,6 +20,7 @@ from tactile_maps.session.prepare import PreparedScene
 from tactile_widgets.common.colours import PressureScale, Theme
 from tactile_widgets.common.make import column_layout, make, row_layout
 from tactile_widgets.common.mode import Mode
+from tactile_widgets.common.sentence import capitalized
 from tactile_widgets.common.settings import BaseLayer, NavigationStyle, OverlayOptions
 from tactile_widgets.common.tool_kinds import BRUSH, POKE, SelectionMode, ToolKind, resized_brush
 from tactile_widgets.document.taxel_search import taxel_words
@@ -309,6 +310,5 @@ class LinkedViews(QWidget):
         words = f"{len(taxels)} taxels selected"
         prepared = self.robot.display.prepared
         if len(taxels) == 1 and prepared is not None:
-            name = taxel_words(prepared.skin, int(taxels[0]))
-            words = f"{name[0].upper()}{name[1:]} selected"
+            words = f"{capitalized(taxel_words(prepared.skin, int(taxels[0])))} selected"
         self.selection_described.emit(words if len(taxels) else "")

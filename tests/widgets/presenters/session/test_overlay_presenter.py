@@ -16,7 +16,7 @@ from tactile_maps.session.session import Session
 from tactile_maps.tactile.poke import PokePressed
 from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.common.mode import Mode
-from tactile_widgets.presenters.session.overlay_presenter import first_touch, same_skin
+from tactile_widgets.presenters.session.overlay_presenter import first_touch
 from tests.support.recordings import record, small_arm
 from tests.widgets.support.window_driver import run
 
@@ -114,10 +114,9 @@ def test_repeated_touches_use_the_chosen_controller(window, two):
 
 
 @pytest.mark.long
-def test_overlay_of_another_skin_is_rejected(window, prepared, tmp_path, monkeypatch):
+def test_overlay_of_another_skin_is_rejected(window, tmp_path, monkeypatch):
     record(small_arm(), tmp_path / "other.mcap", ticks=5)
     monkeypatch.setattr(FileDialog, "open_file", lambda *_args: str(tmp_path / "other.mcap"))
     window.action("overlay_recording").trigger()
     assert "has another skin than" in window.notification_bar.text
     assert window.presenters.overlay.other is None
-    assert same_skin(prepared.skin, prepared.skin)

@@ -46,6 +46,7 @@ from tactile_widgets.common.make import (
     value_label,
 )
 from tactile_widgets.common.panel import MIXED_VALUES, FlatComboBox, Panel
+from tactile_widgets.common.sentence import capitalized
 from tactile_widgets.plots.traces.history import LimitHistory, ShownLimit
 
 STEP_DURATION = 10.0
@@ -259,7 +260,7 @@ class LimitStatusLine(QWidget):
     def _say(self, state: LimitState, now: list[str], ended: list[str], *, head: str = "") -> None:
         stopped = state is LimitState.STOPPED
         head = head or ("" if stopped else state.value + (": " if now or ended else ""))
-        active = [escape(words[:1].upper() + words[1:] if stopped else words) for words in now]
+        active = [escape(capitalized(words) if stopped else words) for words in now]
         quiet = self.palette().color(QPalette.ColorRole.PlaceholderText).name()
         faded = [f'<span style="color:{quiet}">{escape(words)}</span>' for words in ended]
         said = (head, *(words.replace(_GAIN_UNIT, _UNBROKEN_GAIN_UNIT) for words in active + faded))

@@ -22,6 +22,7 @@ from tactile_maps.editing.layout_import import (
 from tactile_maps.maps.evaluation.comparison import Comparison, TaxelLayout
 from tactile_widgets.common.make import button_grid, push_button, show_text
 from tactile_widgets.common.panel import Panel
+from tactile_widgets.common.sentence import capitalized
 from tactile_widgets.document.map_editor import MapEditor
 
 _MARK = "▲"
@@ -131,7 +132,7 @@ class ComparePanel(Panel):
 
     def show_failed(self, text: str) -> None:
         """Show why a layout cannot be compared."""
-        show_text(self._note, f"{_MARK} {text[:1].upper()}{text[1:]}")
+        show_text(self._note, f"{_MARK} {capitalized(text)}")
 
     def _button(self, name: str, text: str, tip: str, clicked: object = None) -> QPushButton:
         return push_button(self, f"compare-{name}", text, tip, clicked)

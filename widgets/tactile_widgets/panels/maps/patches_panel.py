@@ -15,7 +15,7 @@ from PySide6.QtCore import QObject, QPoint, Qt, QTimer, Signal
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QComboBox, QLabel, QLineEdit, QMenu, QPushButton, QSizePolicy, QToolButton, QWidget
 
-from tactile_maps.editing.arrange import EDGES, Edge, align, mirror, repack, true_size
+from tactile_maps.editing.arrange import Edge, align, mirror, repack, true_size
 from tactile_maps.editing.document import MapDocument, show_patches
 from tactile_maps.editing.reflatten import set_lengths, set_method
 from tactile_maps.flattening.methods import METHODS
@@ -30,6 +30,7 @@ from tactile_widgets.common.make import (
     show_text,
 )
 from tactile_widgets.common.panel import MIXED_VALUES, LabelledSlider, Panel
+from tactile_widgets.common.sentence import capitalized
 from tactile_widgets.document.map_editor import MapEditor
 from tactile_widgets.panels.maps.patch_list import PatchList, show_only
 
@@ -101,21 +102,21 @@ class PatchActions(QObject):
     def __init__(self, editor: MapEditor, parent: QWidget) -> None:
         super().__init__(parent)
         self._editor = editor
-        self._mirror = self._act("Mirror", "Mirror the selected patches horizontally", mirror)
-        self._true_size = self._act("True size", "Draw the selected patches at their true size again", true_size)
+        self.mirror = self._act("Mirror", "Mirror the selected patches horizontally", mirror)
+        self.true_size = self._act("True size", "Draw the selected patches at their true size again", true_size)
         tip = "Arrange all patches, or those selected, as they are located on the body"
-        self._pack = self._act("Repack", tip, _repack)
+        self.repack = self._act("Repack", tip, _repack)
         show = partial(show_patches, visible=True)
         self._show = self._act("Show", "Show the selected patches", show, name="Show patches")
         hide = partial(show_patches, visible=False)
         tip = "Hide the selected patches; hidden patches keep sensing"
-        self._hide = self._act("Hide", tip, hide, name="Hide patches")
+        self.hide = self._act("Hide", tip, hide, name="Hide patches")
         self._only = self._act("Show only these", "Hide all other patches", show_only, name="Show only these patches")
-        self._show_all = self._act("Show all", "Show every patch", _show_every, name="Show all patches")
-        self._align = [
-            self._act(edge.capitalize(), _EDGE_TIPS[edge], partial(align, edge=edge), name=f"Align {edge}")
-            for edge in EDGES
-        ]
+        self.show_all = self._act("Show all", "Show every patch", _show_every, name="Show all patches")
+        self.align = {
+            edge: self._act(edge.capitalize(), tip, partial(align, edge=edge), name=f"Align {edge}")
+            for edge, tip in _EDGE_TIPS.items()
+        }
         for signal in (editor.settled, editor.selection_changed, editor.enabled_changed):
             signal.connect(self._update_state)
         self._update_state()
@@ -125,18 +126,19 @@ class PatchActions(QObject):
         menu = make(QMenu, parent, toolTipsVisible=True)
         menu.addAction(first)
         menu.addSeparator()
-        menu.addActions([self._show, self._hide, self._only, self._show_all])
+        menu.addActions([self._show, self.hide, self._only, self.show_all])
         menu.addSeparator()
-        menu.addAction(self._mirror)
-        menu.addMenu(self._align_menu(menu)).setEnabled(self._align[0].isEnabled())
-        menu.addActions([self._true_size, self._pack])
+        menu.addAction(self.mirror)
+        menu.addMenu(self._align_menu(menu)).setEnabled(self.align["left"].isEnabled())
+        menu.addActions([self.true_size, self.repack])
         return menu
 
     def _align_menu(self, parent: QWidget) -> QMenu:
         menu = make(QMenu, "Align", parent, toolTipsVisible=True)
-        menu.addActions(self._align[:3])
+        actions = list(self.align.values())
+        menu.addActions(actions[:3])
         menu.addSeparator()
-        menu.addActions(self._align[3:])
+        menu.addActions(actions[3:])
         return menu
 
     def buttons(self, parent: QWidget) -> QWidget:
@@ -145,9 +147,9 @@ class PatchActions(QObject):
         tip = "Align the selected patches; at least two"
         align_button = make(QPushButton, "Align", whole, objectName="patch-align", toolTip=tip)
         align_button.setMenu(self._align_menu(align_button))
-        align_button.setEnabled(self._align[0].isEnabled())
-        self._align[0].enabledChanged.connect(align_button.setEnabled)
-        named = (("mirror", self._mirror), ("true-size", self._true_size), ("pack", self._pack))
+        align_button.setEnabled(self.align["left"].isEnabled())
+        self.align["left"].enabledChanged.connect(align_button.setEnabled)
+        named = (("mirror", self.mirror), ("true-size", self.true_size), ("pack", self.repack))
         first, *others = [_ActionButton(action, f"patch-{name}", whole) for name, action in named]
         button_grid((first, align_button, *others), whole)
         return whole
@@ -167,15 +169,15 @@ class PatchActions(QObject):
         on = document is not None and editor.enabled
         patches = [] if document is None else document.patches
         scales = [] if document is None else [document.layout.placements[k].scale for k in chosen]
-        for action in (self._mirror, self._only):
+        for action in (self.mirror, self._only):
             action.setEnabled(on and bool(chosen))
-        for action in self._align:
+        for action in self.align.values():
             action.setEnabled(on and len(chosen) > 1)
-        self._true_size.setEnabled(on and any(scale != 1 for scale in scales))
-        self._pack.setEnabled(on)
+        self.true_size.setEnabled(on and any(scale != 1 for scale in scales))
+        self.repack.setEnabled(on)
         self._show.setEnabled(on and any(not patches[k].visible for k in chosen))
-        self._hide.setEnabled(on and any(patches[k].visible for k in chosen))
-        self._show_all.setEnabled(on and not all(patch.visible for patch in patches))
+        self.hide.setEnabled(on and any(patches[k].visible for k in chosen))
+        self.show_all.setEnabled(on and not all(patch.visible for patch in patches))
 
 
 def _repack(document: MapDocument, numbers: Iterable[int]) -> MapDocument:
@@ -329,8 +331,8 @@ class PatchesPanel(Panel):
         self.column.addWidget(self.list)
         self._rejection = self.caption(name="name-refusal")
         self._rejection.hide()
-        self._actions = PatchActions(editor, self)
-        self._parts = (self.list, self._actions.buttons(self), FlatteningControls(editor, self))
+        self.patch_actions = PatchActions(editor, self)
+        self._parts = (self.list, self.patch_actions.buttons(self), FlatteningControls(editor, self))
         for part in self._parts[1:]:
             self.column.addWidget(part)
         self.list.hovered.connect(self.hovered)
@@ -366,11 +368,11 @@ class PatchesPanel(Panel):
             self._rejection.hide()
 
     def _on_rejected(self, why: str) -> None:
-        show_text(self._rejection, f"{_MARK} {why[:1].upper()}{why[1:]}" if why else "")
+        show_text(self._rejection, f"{_MARK} {capitalized(why)}" if why else "")
 
     def _on_menu_requested(self, at: QPoint) -> None:
         rename = make(QAction, "Rename", self, enabled=self.list.indexAt(at).isValid(), triggered=self._on_rename)
-        menu = self._actions.menu(self, rename)
+        menu = self.patch_actions.menu(self, rename)
         menu.setObjectName("patch-menu")
         menu.aboutToHide.connect(menu.deleteLater)
         rename.setParent(menu)

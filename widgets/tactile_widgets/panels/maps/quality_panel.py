@@ -180,7 +180,7 @@ class QualityPanel(Panel):
         grid = self.grid()
         grid.setColumnStretch(0, 1)
         grid.setHorizontalSpacing(8)
-        self._heads = [value_label("", self, right=True, role="caption") for _ in range(2)]
+        self._heads = [value_label(name, self, right=True, role="caption") for name in "AB"]
         for column, head in enumerate(self._heads, start=1):
             grid.addWidget(head, 0, column)
         self._cells: dict[str, list[_Cell]] = {}
@@ -210,21 +210,14 @@ class QualityPanel(Panel):
             facts = self._quality.to_json()
             self._show(_verdict(facts), facts)
 
-    def show_comparison(self, comparison: Comparison, *, names: tuple[str, str] = ("A", "B")) -> None:
-        """Show two maps side by side; the better number of each row is bold.
-
-        Args:
-            comparison: Comparison of the same taxels.
-            names: Short names for the heads of the columns.
-        """
+    def show_comparison(self, comparison: Comparison) -> None:
+        """Show two maps of the same taxels side by side; the better number of each row is bold."""
         if isinstance(comparison.first, MapQuality):
             self._quality = comparison.first
         better = {measure.name: measure.better for measure in comparison.measures}
         counts = [sum(side == one for one in better.values()) for side in ("first", "second")]
-        for head, name in zip(self._heads, names, strict=True):
-            head.setText(name)
         self._show(
-            f"{names[0]} is better in {counts[0]} measures, {names[1]} in {counts[1]}; Procrustes distance "
+            f"A is better in {counts[0]} measures, B in {counts[1]}; Procrustes distance "
             f"{comparison.procrustes_mm:.1f}\u202fmm apart.",
             comparison.first.to_json(),
             comparison.second.to_json(),

@@ -26,6 +26,7 @@ from tactile_maps.tactile.mechanics.contact_notes import ContactNote, ContactNot
 from tactile_widgets.common.lists import small_font
 from tactile_widgets.common.make import add_items, column_layout, make, push_button, row_layout, show_text, value_label
 from tactile_widgets.common.panel import CollapsibleHeading, FlatComboBox, Panel
+from tactile_widgets.common.sentence import capitalized
 
 AUTO = "auto"
 _TIME_STEPS = (0.0005, 0.001, 0.002, 0.0025, 0.004, 0.005, 0.008, 0.01, 0.02)
@@ -92,7 +93,7 @@ def effect_tip(row: EffectRow, auto: EffectRow) -> str:
 
 def effect_reason(row: EffectRow, auto: EffectRow) -> str:
     """Return the reason in a sentence; for an overridden effect also the automatic value and its reason."""
-    why = row.why[:1].upper() + row.why[1:]
+    why = capitalized(row.why)
     return f"{why}; auto is {auto.value}: {auto.why}." if row.overridden else f"{why}."
 
 

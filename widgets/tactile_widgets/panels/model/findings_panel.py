@@ -10,6 +10,7 @@ from tactile_maps.core.errors import Finding
 from tactile_maps.session.prepare import PreparedScene, findings_of
 from tactile_widgets.common.note_list import Note, NoteList
 from tactile_widgets.common.panel import Panel
+from tactile_widgets.common.sentence import capitalized
 
 _NO_FINDINGS = "Problems noticed or repaired while opening a robot, skin or scene are listed here."
 _FAULTS = ("missing-mesh", "scene-warning")
@@ -23,8 +24,7 @@ def note_of(finding: Finding) -> Note:
     kind = finding.kind.replace("-", " ").replace("_", " ")
     times = f"{finding.count} × " if finding.count > 1 else ""
     head = f"{times}{kind}, {finding.where}" if finding.where else f"{times}{kind}"
-    action = f"{finding.action[:1].upper()}{finding.action[1:]}"
-    return Note(f"{head[:1].upper()}{head[1:]}", action, fault=finding.kind in _FAULTS)
+    return Note(capitalized(head), capitalized(finding.action), fault=finding.kind in _FAULTS)
 
 
 class FindingsPanel(Panel):

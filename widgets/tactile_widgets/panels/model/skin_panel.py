@@ -198,12 +198,6 @@ class SkinPanel(Panel):
         self._closed.setVisible(bool(reason))
         self._update()
 
-    def check_link(self, link: str, *, checked: bool) -> None:
-        """Check or uncheck a link as the user does."""
-        others = [other for other in self.tree.checked if other != link]
-        self.tree.check([*others, link] if checked else others)
-        self._on_edited()
-
     # The choice.
 
     @property

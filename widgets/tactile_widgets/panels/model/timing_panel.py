@@ -11,6 +11,7 @@ from tactile_maps.session.frame import Frame
 from tactile_maps.session.prepare import PreparedScene
 from tactile_widgets.common.make import add_fact, value_label
 from tactile_widgets.common.panel import Panel
+from tactile_widgets.common.sentence import capitalized
 from tactile_widgets.plots.traces.history import SENSOR_STAGE, stage_times
 
 _WINDOW = 120
@@ -39,7 +40,7 @@ class TimingPanel(Panel):
         self._values: dict[str, QLabel] = {}
         self._add_row("factor", "Real time", "Simulated seconds per second; below the chosen speed, time is dropped")
         for stage, tip in _STAGES.items():
-            self._add_row(stage, stage[0].upper() + stage[1:], tip)
+            self._add_row(stage, capitalized(stage), tip)
 
     def clear(self) -> None:
         """Forget all times."""
@@ -76,7 +77,7 @@ class TimingPanel(Panel):
         self._values["factor"].setText(self._shown_factor)
         for stage, values in self._history.items():
             if stage not in self._values:
-                self._add_row(stage, stage[0].upper() + stage[1:], "Per tick")
+                self._add_row(stage, capitalized(stage), "Per tick")
             median, high = np.percentile(list(values), [50, 95])
             self._values[stage].setText(f"{median:.2f}\u202fms")
             self._values[stage].setToolTip(f"Median of the last {len(values)}; 95\u202f% within {high:.2f}\u202fms")

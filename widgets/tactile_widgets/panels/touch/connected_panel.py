@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QWidget
 from tactile_maps.core.errors import TactileMapsError
 from tactile_widgets.common.make import make
 from tactile_widgets.common.panel import Panel
+from tactile_widgets.document.taxel_selection import TaxelSelection
 from tactile_widgets.session.live_input import LiveInput
 
 
@@ -26,10 +27,15 @@ class ConnectedPanel(Panel):
     def __init__(self, heading: str, name: str, refresh_ms: int = 0, parent: QWidget | None = None) -> None:
         super().__init__(heading, name, parent)
         self._input: LiveInput | None = None
+        self._selection: TaxelSelection
         self._refresh_ms = refresh_ms
         self._timer = make(QTimer, self, timeout=self.refresh)
         self.folded_changed.connect(self._on_folded_changed)
         self.hide()
+
+    def follow(self, selection: TaxelSelection) -> None:
+        """Use the taxels selected in the views."""
+        self._selection = selection
 
     def show_input(self, live: LiveInput | None) -> None:
         """Show another live input; None if there is none."""

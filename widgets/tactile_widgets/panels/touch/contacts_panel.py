@@ -43,6 +43,7 @@ from tactile_widgets.common.make import (
     value_label,
 )
 from tactile_widgets.common.panel import FlatComboBox, Panel
+from tactile_widgets.common.sentence import capitalized
 from tactile_widgets.document.taxel_selection import TaxelSelection, region_colour
 from tactile_widgets.overlays.taxel_faults import TaxelFaults
 from tactile_widgets.panels.touch.held_fingers import HeldFingers
@@ -462,8 +463,7 @@ def region_summary(
     ]
     more = [lacking_text(lacking[region.link])] if region.link in lacking and error is not None else []
     more += [f"touches {other.link.replace('_', ' ')}" for other in among if other.id == region.partner]
-    lines += [text[0].upper() + text[1:] for text in ["; ".join(more)] if text]
-    return "\n".join(lines)
+    return "\n".join(filter(None, (*lines, capitalized("; ".join(more)))))
 
 
 def lacking_text(share: float) -> str:
@@ -539,8 +539,7 @@ _NAMED_AREAS = 6
 
 def faults_tip(faults: TaxelFaults) -> str:
     """Return the names of the blind areas, and how broken taxels are treated."""
-    texts = [contact_note_text(area.note) for area in faults.blind[:_NAMED_AREAS]]
-    texts = [f"{text[0].upper()}{text[1:]}." for text in texts]
+    texts = [f"{capitalized(contact_note_text(area.note))}." for area in faults.blind[:_NAMED_AREAS]]
     more = len(faults.blind) - _NAMED_AREAS
     if more > 0:
         texts.append(f"{more} more blind {'area' if more == 1 else 'areas'}.")

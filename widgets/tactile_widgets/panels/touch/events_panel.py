@@ -14,6 +14,7 @@ from tactile_maps.session.frame import Frame
 from tactile_maps.session.prepare import PreparedScene
 from tactile_widgets.common.lists import ModelIndex, RowDelegate, SequenceModel, read_only_list, small_font
 from tactile_widgets.common.panel import Panel
+from tactile_widgets.common.sentence import capitalized
 
 ROW = 18
 _MAX_ROWS = 8
@@ -53,8 +54,7 @@ def event_lines(recent: Sequence[ContactEvent]) -> list[EventLine]:
             continue
         ongoing = event.phase == "began" and event.kind in _LASTING
         lasted = event.duration if event.phase == "ended" else 0.0
-        text = event.words[:1].upper() + event.words[1:]
-        lines.append(EventLine(f"{event.time:.1f}\u202fs", text, ongoing, event.time - lasted))
+        lines.append(EventLine(f"{event.time:.1f}\u202fs", capitalized(event.words), ongoing, event.time - lasted))
     return lines
 
 

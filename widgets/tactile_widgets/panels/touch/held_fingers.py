@@ -13,6 +13,7 @@ from tactile_maps.skin.model.skin import Skin
 from tactile_maps.tactile.poke import Finger
 from tactile_widgets.common.make import column_layout, make, row_layout, value_label
 from tactile_widgets.common.number_field import NumberField
+from tactile_widgets.common.sentence import capitalized
 
 FIRST_HELD = 2
 """First id of the fingers that stay; the mouse's finger is 1, those of a script are 0 and below."""
@@ -132,7 +133,7 @@ class _Row:
 
     def show(self, where: str, force: float) -> None:
         """Show the touched link and the current force [N]."""
-        words = f"{where[:1].upper()}{where[1:]}, {force:.1f}\u202fN of"
+        words = f"{capitalized(where)}, {force:.1f}\u202fN of"
         if words != self._where.text():
             self._where.setText(words)
             self._where.setMinimumWidth(1)  # a long name is cut, and does not widen the panel

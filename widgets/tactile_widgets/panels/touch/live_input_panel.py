@@ -66,7 +66,6 @@ class LiveInputPanel(ConnectedPanel):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__("Live input", "live-input-panel", _REFRESH_MS, parent)
-        self._selection: TaxelSelection
         self._error = ""
         self._weight_error = ""
         self.weight: KnownWeightDialog | None = None
@@ -111,8 +110,7 @@ class LiveInputPanel(ConnectedPanel):
         self.column.addWidget(self._notes)
 
     def follow(self, selection: TaxelSelection) -> None:
-        """Use the selected taxels, if any, as those under a known weight."""
-        self._selection = selection
+        super().follow(selection)
         selection.changed.connect(self._on_selection_changed)
 
     def _on_selection_changed(self) -> None:

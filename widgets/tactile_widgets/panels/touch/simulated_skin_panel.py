@@ -13,10 +13,11 @@ from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.skin.model.skin import Skin
 from tactile_widgets.common.colours import Theme
 from tactile_widgets.common.make import add_fact, value_label
+from tactile_widgets.common.sentence import capitalized
 from tactile_widgets.common.tool_kinds import SelectionMode
 from tactile_widgets.document.map_editor import MapEditor
 from tactile_widgets.document.taxel_search import taxel_words
-from tactile_widgets.document.taxel_selection import SelectionUpdate, TaxelSelection
+from tactile_widgets.document.taxel_selection import SelectionUpdate
 from tactile_widgets.panels.touch.connected_panel import ConnectedPanel
 from tactile_widgets.panels.touch.skin_difference_view import SkinDifferenceView
 from tactile_widgets.session.live_input import LiveInput
@@ -46,7 +47,6 @@ class SimulatedSkinPanel(ConnectedPanel):
     def __init__(self, editor: MapEditor, parent: QWidget | None = None) -> None:
         super().__init__("Comparison with simulation", "simulated-skin-panel", parent=parent)
         self._editor = editor
-        self._selection: TaxelSelection | None = None
         self._found: SkinDifference | None = None
         self._map: TactileMap | None = None
         self._state = self.caption(name="simulated-state")
@@ -60,10 +60,6 @@ class SimulatedSkinPanel(ConnectedPanel):
         for number, (key, (text, tip)) in enumerate(_ROWS.items()):
             add_fact(grid, number, text, tip, self._values[key])
         self._taxel = self.caption(name="simulated-taxel")
-
-    def follow(self, selection: TaxelSelection) -> None:
-        """Select clicked taxels in ``selection``."""
-        self._selection = selection
 
     def show_input(self, live: LiveInput | None) -> None:
         self._show(None, "" if live is None else _assumptions(live))
@@ -114,13 +110,12 @@ class SimulatedSkinPanel(ConnectedPanel):
         text = "Point at a taxel to read it, click to select it."
         if taxel is not None and found is not None and self._map is not None and taxel < len(found.measured):
             values = f"measured {1e-3 * found.measured[taxel]:.2f}, simulated {1e-3 * found.simulated[taxel]:.2f}"
-            name = taxel_words(self._map.skin, taxel)
-            text = f"{name[0].upper()}{name[1:]}: {values}, difference {_signed(found.difference[taxel])}"
+            name = capitalized(taxel_words(self._map.skin, taxel))
+            text = f"{name}: {values}, difference {_signed(found.difference[taxel])}"
         self._taxel.setText(text)
 
     def _on_chosen(self, taxel: int) -> None:
-        if self._selection is not None:
-            self._selection.take(SelectionUpdate(np.array([taxel]), SelectionMode.REPLACE))
+        self._selection.take(SelectionUpdate(np.array([taxel]), SelectionMode.REPLACE))
 
 
 def _force(skin: Skin, pressures: FloatArray) -> float:

@@ -16,7 +16,6 @@ from tactile_maps.live.checking.verdicts import FAULT_TEXTS, verdicts_of
 from tactile_widgets.common.make import add_fact, make, progress_bar, push_button, row_layout, value_label
 from tactile_widgets.common.note_list import Note, NoteList
 from tactile_widgets.common.sentence import as_sentence
-from tactile_widgets.document.taxel_selection import TaxelSelection
 from tactile_widgets.panels.touch.connected_panel import ConnectedPanel
 from tactile_widgets.session.live_input import LiveInput
 
@@ -36,7 +35,6 @@ class SkinCheckPanel(ConnectedPanel):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__("Skin check", "skin-check-panel", _REFRESH_MS, parent)
-        self._selection: TaxelSelection | None = None
         self._started: datetime | None = None
         self._ended = False
         self._error = ""
@@ -70,10 +68,6 @@ class SkinCheckPanel(ConnectedPanel):
         self._notes = NoteList("check-notes", "Faulty channels", _NO_NOTES, self)
         self.column.addWidget(self._notes)
 
-    def follow(self, selection: TaxelSelection) -> None:
-        """Light the taxels to press by selecting them."""
-        self._selection = selection
-
     def show_input(self, live: LiveInput | None) -> None:
         self._started = None
         self._ended = False
@@ -105,7 +99,7 @@ class SkinCheckPanel(ConnectedPanel):
             return
         if going:
             self._ended = False
-            if pressing and self._selection is not None:
+            if pressing:
                 self._selection.mark(shown.missing, shown.pressed)
         elif not self._ended:
             self._ended = True
@@ -121,8 +115,7 @@ class SkinCheckPanel(ConnectedPanel):
             return
         notes, faulty = found
         self._notes.show_notes(notes)
-        if self._selection is not None:
-            self._selection.mark(faulty, np.zeros(0, dtype=np.int64))
+        self._selection.mark(faulty, np.zeros(0, dtype=np.int64))
 
     def _on_start_clicked(self) -> None:
         self._started = datetime.now().astimezone()

@@ -35,7 +35,6 @@ from tactile_widgets.jobs.recording_jobs import (
 )
 from tactile_widgets.presenters.files.file_presenter import FilePresenter
 from tactile_widgets.presenters.session.overlay_presenter import OverlayPresenter
-from tactile_widgets.presenters.session.session_presenter import recordings_folder
 
 MOST_LISTED = 500
 _MOST_DAMAGE = 3
@@ -152,7 +151,7 @@ class RecordingsPresenter(Presenter):
             dialog.label_requested.connect(self._ask_label)
             dialog.folder_requested.connect(self._choose_folder)
             dialog.finished.connect(self._on_dialog_closed)
-        usual = Path(self._context.settings.preferences.recordings or recordings_folder())
+        usual = self._context.settings.recordings_folder
         known = Path(self._context.settings.folder(_FOLDER) or usual)
         self.show_folder(known if known.is_dir() else usual)
         self.dialog.set_overlay_possible(possible=self._session.replay.player is not None)

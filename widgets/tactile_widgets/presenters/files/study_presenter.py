@@ -20,7 +20,7 @@ from tactile_widgets.context.presenter import JobProgress, Presenter
 from tactile_widgets.dialogs.study_dialog import StudyDialog
 from tactile_widgets.jobs.executor import Job
 from tactile_widgets.jobs.recording_jobs import READING_DIED, record_case
-from tactile_widgets.presenters.session.session_presenter import free_name, recordings_folder
+from tactile_widgets.presenters.session.session_presenter import free_name
 
 _NAMING = ("scene", "effect", "robot", "factor", "level", "path", "controller", "sensor", "seed")
 """Columns that name a case, and its recording."""
@@ -63,7 +63,7 @@ class StudyPresenter(Presenter):
     def replay(self, study: str, row: Row) -> None:
         """Simulate the run of a row again and open it as a recording; cancel a previous simulation."""
         self.close()
-        folder = Path(self._context.settings.preferences.recordings or recordings_folder())
+        folder = self._context.settings.recordings_folder
         words = (row[name] for name in _NAMING if row.get(name) is not None)
         name = " ".join(str(word).replace("/", "-") for word in (study, *words))
         self._scratch = folder / f".tactile-maps-{secrets.token_hex(8)}.part"

@@ -6,8 +6,7 @@ from functools import partial
 
 from PySide6.QtWidgets import QWidget
 
-from tactile_maps.editing import arrange
-from tactile_maps.editing.document import MapDocument, show_patches
+from tactile_maps.editing.document import MapDocument
 from tactile_maps.geometry.surface.mesh import SurfacePoint
 from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.session.prepare import PreparedScene
@@ -80,6 +79,7 @@ class MapEditPresenter(Presenter):
         live.mode_changed.connect(self._on_mode_changed)
 
     def _bind(self) -> None:
+        patches = self._context.panels.get(PatchesPanel).patch_actions
         self._context.actions.bind(
             undo=lambda: self._tools.undo_stack.undo(),
             redo=lambda: self._tools.undo_stack.redo(),
@@ -87,16 +87,15 @@ class MapEditPresenter(Presenter):
             remove_pin=self._pins.remove,
             select_pins=self._pins.select_pinned,
             propose_seam=self._propose,
-            mirror=self._mirror,
-            true_size=self._true_size,
-            repack=self._repack,
-            hide_patches=self._hide,
-            show_patches=self._show_all,
+            mirror=patches.mirror.trigger,
+            true_size=patches.true_size.trigger,
+            repack=patches.repack.trigger,
+            hide_patches=patches.hide.trigger,
+            show_patches=patches.show_all.trigger,
             cancel_edit=self._editor.cancel_work,
             compare=self._toggle_other,
         )
-        for edge in arrange.EDGES:
-            self._context.actions.bind(**{f"align_{edge}": partial(self._align, edge)})
+        self._context.actions.bind(**{f"align_{edge}": action.trigger for edge, action in patches.align.items()})
 
     # The document.
 
@@ -193,26 +192,3 @@ class MapEditPresenter(Presenter):
         """Propose a seam with the tool that shows proposals."""
         self._tools.take(SEAMS)
         self._seams.propose()
-
-    def _mirror(self) -> None:
-        selected = self._editor.selected
-        self._editor.do("Mirror", lambda document: arrange.mirror(document, selected))
-
-    def _true_size(self) -> None:
-        selected = self._editor.selected
-        self._editor.do("True size", lambda document: arrange.true_size(document, selected))
-
-    def _repack(self) -> None:
-        selected = self._editor.selected or None
-        self._editor.do("Repack", lambda document: arrange.repack(document, selected))
-
-    def _align(self, edge: arrange.Edge) -> None:
-        selected = self._editor.selected
-        self._editor.do("Align", lambda document: arrange.align(document, selected, edge))
-
-    def _hide(self) -> None:
-        selected = self._editor.selected
-        self._editor.do("Hide patches", lambda document: show_patches(document, selected, visible=False))
-
-    def _show_all(self) -> None:
-        self._editor.do("Show all patches", lambda document: show_patches(document, range(len(document.patches))))

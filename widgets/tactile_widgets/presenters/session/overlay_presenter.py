@@ -13,10 +13,10 @@ from PySide6.QtWidgets import QWidget
 from tactile_maps.contacts.detection.regions import ContactRegion
 from tactile_maps.core.arrays import FloatArray
 from tactile_maps.core.errors import RecordingError
+from tactile_maps.editing.layout_import import same_skin
 from tactile_maps.recording.overview.curves import CURVES, Curves, joined
 from tactile_maps.recording.player import RecordingPlayer
 from tactile_maps.session.frame import Frame
-from tactile_maps.skin.model.skin import Skin
 from tactile_widgets.common.file_dialogs import RECORDING_FILTER
 from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.context.presenter import JobProgress, Presenter
@@ -212,15 +212,3 @@ def first_touch(times: FloatArray, values: FloatArray) -> float | None:
     """Return the time of the first force [s]; None without one."""
     touched = np.flatnonzero(values[:, CURVES.index("force")] > _TOUCH)
     return float(times[touched[0]]) if len(touched) else None
-
-
-def same_skin(one: Skin, other: Skin) -> bool:
-    """Whether two skins have the same patches with the same faces and taxels, so that their points correspond."""
-    if len(one.patches) != len(other.patches):
-        return False
-    return all(
-        np.array_equal(a.surface.faces, b.surface.faces)
-        and np.array_equal(a.surface.vertices, b.surface.vertices)
-        and np.array_equal(a.taxels.positions, b.taxels.positions)
-        for a, b in zip(one.patches, other.patches, strict=True)
-    )

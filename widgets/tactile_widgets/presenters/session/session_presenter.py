@@ -7,11 +7,10 @@ from functools import partial
 from itertools import chain, count
 from pathlib import Path
 
-from platformdirs import user_documents_path
 from PySide6.QtCore import QElapsedTimer, QTimer
 from PySide6.QtWidgets import QWidget
 
-from tactile_maps.core.errors import TactileMapsError
+from tactile_maps.core.errors import TactileMapsError, names_text
 from tactile_maps.recording.file.damage import damage_text
 from tactile_maps.recording.player import RecordingPlayer
 from tactile_widgets.common.make import make
@@ -78,7 +77,7 @@ class SessionPresenter(Presenter):
         if self._session.recording.recorder is not None:
             self._session.recording.stop()
             return
-        folder = Path(self._context.settings.preferences.recordings or recordings_folder())
+        folder = self._context.settings.recordings_folder
         try:
             make_recording_folder(folder)
         except TactileMapsError as error:
@@ -91,7 +90,7 @@ class SessionPresenter(Presenter):
 
     def save_report(self) -> None:
         """Save a recording of the stop in the folder of recordings."""
-        folder = Path(self._context.settings.preferences.recordings or recordings_folder())
+        folder = self._context.settings.recordings_folder
         self._session.recording.save_report(free_name(folder / f"stopped {datetime.now():%Y-%m-%d %H.%M.%S}.mcap"))
 
     def _on_recording_changed(self, path: str | None) -> None:
@@ -134,20 +133,14 @@ class SessionPresenter(Presenter):
 def _damage_message(player: RecordingPlayer) -> str:
     """Return a message about the damages of a recording: the first ones in words, and the number of others."""
     tick = player.prepared.scene.tick
-    damages = [damage_text(one, tick) for one in player.damage]
-    more = f"; and {len(damages) - _MOST_NAMED} more" if len(damages) > _MOST_NAMED else ""
-    return f"{player.path.name} is damaged: {'; '.join(damages[:_MOST_NAMED])}{more}. The timeline marks where."
+    damages = names_text([damage_text(one, tick) for one in player.damage], _MOST_NAMED, separator="; ")
+    return f"{player.path.name} is damaged: {damages}. The timeline marks where."
 
 
 def free_name(path: Path) -> Path:
     """Return ``path``, with a number if it exists: two windows may record in the same second."""
     names = chain([path], (path.with_stem(f"{path.stem} {number}") for number in count(2)))
     return next(name for name in names if not name.exists())
-
-
-def recordings_folder() -> Path:
-    """Return the default folder of recordings."""
-    return user_documents_path() / "Tactile Maps"
 
 
 class LiveInputPresenter(Presenter):

@@ -191,7 +191,7 @@ def pan(view: Viewpoint, dx: float, dy: float, height: int) -> Viewpoint:
     return replace(view, eye=view.eye + step, focus=view.focus + step)
 
 
-def zoom(view: Viewpoint, factor: float, *, nearest: float = 0.02, farthest: float = 100.0) -> Viewpoint:
-    """Move closer to the focus by ``factor`` (> 1) or away (< 1), within these distances [m]."""
-    distance = float(np.clip(view.distance / factor, nearest, farthest))
+def zoom(view: Viewpoint, factor: float) -> Viewpoint:
+    """Move closer to the focus by ``factor`` (> 1) or away (< 1), between 2 cm and 100 m."""
+    distance = float(np.clip(view.distance / factor, 0.02, 100.0))
     return replace(view, eye=view.focus + (view.eye - view.focus) * (distance / view.distance))
