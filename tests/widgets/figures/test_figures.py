@@ -202,3 +202,15 @@ def test_forces_in_a_small_figure_are_written_next_to_their_small_patches(window
     outlines = map_points(drawn)
     assert len(outlines) > 100
     assert not any(box.contains(point) for box in forces for point in outlines)
+
+
+@pytest.mark.parametrize("size", [(50.0, 35.0), (60.0, 40.0)])
+def test_names_in_a_small_figure_hide_no_border_of_a_patch(window, tmp_path, size):
+    window.presenters.figure.save(FigurePart.MAP, tmp_path / "map.svg", FigureSpec(*size))
+    drawn = (tmp_path / "map.svg").read_text()
+    skin = window.live.prepared.skin
+    names = {text: box for text, box in text_boxes(drawn).items() if text[:3] in {p.name[:3] for p in skin.patches}}
+    assert len(names) == len(skin.patches)
+    outlines = map_points(drawn)
+    assert len(outlines) > 100
+    assert not [name for name, box in names.items() if any(box.contains(point) for point in outlines)]

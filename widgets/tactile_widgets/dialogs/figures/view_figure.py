@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from itertools import combinations
+from operator import itemgetter
 from pathlib import Path
 
 from PySide6.QtCore import QPoint, QPointF, QRectF, Qt
@@ -27,7 +28,7 @@ _LONGEST_BAR = 110.0
 _EDGE = 12.0
 _STEP = 1.1
 """Factor by which units shrink until all texts have room."""
-_FOR_CALLOUTS = 1.5
+_FOR_CAPTIONS = 1.5
 """Factor by which units shrink at most until the captions of contacts have room."""
 _MOST_UNITS = 1000
 """Units per inch from which smaller ones are no longer tried."""
@@ -115,23 +116,24 @@ def _look_alike(views: LinkedViews, other: LinkedViews) -> None:
 def _fitted(spec: FigureSpec, views: LinkedViews, part: FigurePart) -> FigureSpec:
     """Return the largest units at which the figure has room for its texts, and resize the views to it.
 
-    Units shrink a little more if the captions of contacts then hide no contact and no small patch.
+    Units shrink a little more if names then hide no skin, and captions of contacts no contact and no small patch.
     """
     whole_map = views.map.camera.framed
     if part is not FigurePart.MAP:
         views.robot.display.draw_now(quality=1.0)  # the orientation cube needs a picture
-    legible: FigureSpec | None = None
+    found: list[tuple[tuple[bool, bool], FigureSpec]] = []  # legible ones, the largest first
     while True:
         fits = _resize(views, spec, whole_map=whole_map) and (part is FigurePart.ROBOT or views.map.legends_fit())
         if fits and (part is FigurePart.MAP or _robot_fits(views)):
-            if part is FigurePart.ROBOT or views.map.callouts_fit():
+            found.append(((True, True) if part is FigurePart.ROBOT else views.map.captions_fit(), spec))
+            if all(found[-1][0]):
                 return spec
-            legible = legible or spec
-        if spec.units_per_inch > (_MOST_UNITS if legible is None else _FOR_CALLOUTS * legible.units_per_inch):
+        if spec.units_per_inch > (_FOR_CAPTIONS * found[0][1].units_per_inch if found else _MOST_UNITS):
             break
         spec = replace(spec, units_per_inch=round(_STEP * spec.units_per_inch))
-    if legible is not None and legible is not spec:
-        _resize(views, spec := legible, whole_map=whole_map)
+    if found:
+        _, spec = max(found, key=itemgetter(0))
+        _resize(views, spec, whole_map=whole_map)
     return spec
 
 

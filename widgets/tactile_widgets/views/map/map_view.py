@@ -393,12 +393,12 @@ class MapView(QGraphicsView):
             whole_map=self.camera.framed,
         )
 
-    def callouts_fit(self) -> bool:
-        """Whether the captions of contacts hide no other caption, no contact and no small patch."""
-        room = QRectF(self.viewport().rect())
-        return self.picture is None or self._painter.callouts_fit(
-            self.marks, self.picture, self.viewportTransform(), room
-        )
+    def captions_fit(self) -> tuple[bool, bool]:
+        """Whether the captions of contacts hide no other caption, contact or small patch, and names hide no skin."""
+        if self.picture is None:
+            return True, True
+        place = (self.marks, self.picture, self.viewportTransform(), QRectF(self.viewport().rect()))
+        return self._painter.callouts_fit(*place), self._painter.names_fit(*place)
 
     def _framed(self, *, still: bool = False) -> MapCamera | None:
         """Return the camera with the whole map in view; None without visible patches."""

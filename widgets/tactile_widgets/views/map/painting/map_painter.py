@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF, QSizeF, Qt
-from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPainterPath, QPen, QTransform
+from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPainterPath, QPen, QPolygonF, QTransform
 
 from tactile_maps.contacts.detection.regions import ContactRegion
 from tactile_maps.core.arrays import FloatArray
@@ -280,6 +280,14 @@ class MapPainter:
         small = self._small_patches([spot.size for spot, _ in seen], picture, view)
         callouts = place_callouts([spot for spot, _ in seen], inner, others, small)
         return [(callout, text) for callout, (_, text) in zip(callouts, seen, strict=True)]
+
+    def names_fit(self, marks: MapMarks, picture: MapCanvas, view: QTransform, room: QRectF) -> bool:
+        """Whether the names of patches hide no skin."""
+        skin = [
+            view.map(polygon(patch.to_scene(patch.chart.outline))) for patch in picture.shapes.patches if patch.shown
+        ]
+        names = [box.adjusted(1.0, 1.0, -1.0, -1.0) for box, _ in self._name_chips(marks, picture, view, room)]
+        return not any(outline.intersects(QPolygonF(box)) for outline in skin for box in names)
 
     def callouts_fit(self, marks: MapMarks, picture: MapCanvas, view: QTransform, room: QRectF) -> bool:
         """Whether the captions of contacts hide no other caption, no contact and no small patch."""

@@ -81,21 +81,20 @@ class NamePlace:
 
 @dataclass(frozen=True, eq=False)
 class _Area:
-    """A patch [px]: corners (k, 2) of its outline, the outline, and the box around it."""
+    """A patch [px]: corners (k, 2) of its outline, the outline through these and through all, and the box around it."""
 
     corners: FloatArray
     outline: QPainterPath
+    exact: QPainterPath
     bounds: QRectF
 
     @classmethod
     def of(cls, patch: PatchShape, view: QTransform) -> _Area:
         outline = patch.to_scene(patch.chart.outline)
-        corners = outline[:: 1 + len(outline) // _MOST_CORNERS] * [view.m11(), view.m22()] + [view.dx(), view.dy()]
-        path = QPainterPath()
-        path.addPolygon(polygon(corners))
-        path.setFillRule(Qt.FillRule.WindingFill)
+        pixels = outline * [view.m11(), view.m22()] + [view.dx(), view.dy()]
+        corners = pixels[:: 1 + len(outline) // _MOST_CORNERS]
         low, high = patch.box
-        return cls(corners, path, view.mapRect(QRectF(*low, *(high - low))))
+        return cls(corners, _path(corners), _path(pixels), view.mapRect(QRectF(*low, *(high - low))))
 
     def distance(self, place: QRectF) -> float:
         """Return the distance from a box to the nearest corner of the outline."""
@@ -103,6 +102,13 @@ class _Area:
         high = np.array([place.right(), place.bottom()])
         away = np.maximum(np.maximum(low - self.corners, self.corners - high), 0.0)
         return float(np.linalg.norm(away, axis=1).min())
+
+
+def _path(corners: FloatArray) -> QPainterPath:
+    path = QPainterPath()
+    path.addPolygon(polygon(corners))
+    path.setFillRule(Qt.FillRule.WindingFill)
+    return path
 
 
 def _usual(box: QRectF, size: QSizeF, room: QRectF, legends: Sequence[QRectF]) -> QRectF:
@@ -136,7 +142,7 @@ def _least_hiding(
     around = [*_around(own.bounds, usual.size())]
     places = [place for place in (*above, *around) if room.contains(place) and not any(map(place.intersects, taken))]
     places = [place for place in places if place is usual or place.bottom() <= readout]
-    free = (place for place in places if not any(_hits(place, skin)))
+    free = (place for place in places if not any(_hits(place, skin)) and not _meets(place, skin))
     fit = (place for place in free if place in above or _belongs(place, own, skin))
     return next(fit, None) or min(
         (place for place in places if place in above or _belongs(place, own, skin)),
@@ -169,6 +175,11 @@ def _belongs(place: QRectF, own: _Area, skin: Sequence[_Area]) -> bool:
     near = place.adjusted(-distance, -distance, distance, distance)
     others = (area for area in skin if area is not own and area.bounds.intersects(near))
     return all(other.distance(place) > distance for other in others)
+
+
+def _meets(place: QRectF, skin: Sequence[_Area]) -> bool:
+    """Whether a place hides any skin, also less than between two sample points."""
+    return any(area.exact.intersects(place) for area in skin if area.bounds.intersects(place))
 
 
 def _hits(place: QRectF, skin: Sequence[_Area]) -> Iterator[bool]:
