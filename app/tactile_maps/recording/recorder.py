@@ -115,7 +115,7 @@ class Recorder:
             self.abandon()
             problem = "the recording cannot be written"
             remedy = "Free space or choose another folder"
-            raise RecordingError(problem, file=self.written, value=error, remedy=remedy) from error
+            raise RecordingError(problem, file=self.written, value=error.strerror, remedy=remedy) from error
 
     def write(self, frame: Frame, inputs: Sequence[tuple[int, SessionInput]]) -> None:
         """Add a frame and the inputs and contact events of the session that are not in the file yet.
@@ -193,7 +193,7 @@ class Recorder:
             self._stream.flush()
         except OSError as error:
             problem = "the recording cannot be written further"
-            raise RecordingError(problem, file=self.written, value=error, remedy=NO_SPACE) from error
+            raise RecordingError(problem, file=self.written, value=error.strerror, remedy=NO_SPACE) from error
 
     @property
     def written(self) -> Path:
@@ -245,7 +245,7 @@ class Recorder:
         except OSError as error:
             self.abandon()
             problem = "the recording could not be completed"
-            raise RecordingError(problem, file=self.written, value=error, remedy=NO_SPACE) from error
+            raise RecordingError(problem, file=self.written, value=error.strerror, remedy=NO_SPACE) from error
 
     def abandon(self) -> None:
         """Close a file that cannot grow, without completing it; remove one without a frame."""

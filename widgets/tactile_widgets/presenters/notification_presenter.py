@@ -37,6 +37,7 @@ class NotificationPresenter(Presenter):
         self._session.halted.connect(self._on_halted)
         self._session.recording.saved.connect(self._on_saved)
         self._session.recording.disk_filling.connect(self._on_disk_filling)
+        self._session.recording.failed.connect(self._on_recording_failed)
         self._session.prepared_changed.connect(self._on_prepared_changed)
         self._session.mode_changed.connect(self._on_mode_changed)
         touch.touched.connect(self._on_hints_read)
@@ -73,6 +74,10 @@ class NotificationPresenter(Presenter):
         left = f"{minutes:.0f} minutes" if minutes >= 1.5 else f"{space.seconds:.0f} seconds"
         text = f"The disk of {space.folder} will be full in about {left} of recording ({space.free / 1e6:.0f} MB left)."
         text += " Free space, stop the recording, or choose another folder for the next one."
+        self._on_recording_failed(text)
+
+    def _on_recording_failed(self, text: str) -> None:
+        """Report that a recording is not written; *Preferences* choose another folder."""
         self._notifier.say(text, fault=True, remedies=[self._context.actions["preferences"]], of="record")
 
     def _on_mode_changed(self, mode: Mode) -> None:

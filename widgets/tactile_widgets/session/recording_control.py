@@ -31,6 +31,8 @@ class RecordingControl(QObject):
     """Path of the recording being written, or None."""
     disk_filling = Signal(DiskSpace)
     """Space left for the recording being written, below an hour, ten minutes and one minute."""
+    failed = Signal(str)
+    """Reason why a recording was not written, or not completed."""
     saved = Signal(str)
     """Path of a complete recording."""
     for_viewers_changed = Signal(bool)
@@ -62,7 +64,7 @@ class RecordingControl(QObject):
         try:
             recorder = Recorder(run.prepared, path, overwrite=overwrite, viewers=self.for_viewers, measured=measured)
         except TactileMapsError as error:
-            self._session.report_failure(str(error))
+            self.failed.emit(str(error))
             return
         with run.runner.lock:
             self.writer.begin(recorder)
@@ -97,7 +99,7 @@ class RecordingControl(QObject):
         """Report files that were completed, a failure to write, and a disk that is nearly full."""
         self._report_closed()
         if (torn := self.writer.take_failure()) is not None:
-            self._session.report_failure(str(torn))
+            self.failed.emit(str(torn))
             self.changed.emit(None)
         if (space := self.writer.take_warning()) is not None:
             self.disk_filling.emit(space)
@@ -111,7 +113,7 @@ class RecordingControl(QObject):
     def _report_closed(self) -> None:
         for closed in self.writer.take_closed():
             if isinstance(closed, TactileMapsError):
-                self._session.report_failure(str(closed))
+                self.failed.emit(str(closed))
             else:
                 self.saved.emit(str(closed))
 

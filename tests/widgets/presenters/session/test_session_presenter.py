@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import os
 from datetime import datetime
+from pathlib import Path
 
 import pytest
 from mcap.reader import make_reader
+from PySide6.QtWidgets import QToolButton
 
 from tactile_maps.recording.file.damage import DamageKind
 from tactile_widgets.common.mode import Mode
@@ -14,6 +17,7 @@ from tactile_widgets.session.recording_writer import DiskSpace
 from tests.widgets.support.window_driver import run
 
 pytestmark = pytest.mark.long
+FULL = Path("/dev/full")
 
 
 @pytest.fixture
@@ -67,3 +71,15 @@ def test_filling_disk_is_reported(window, tmp_path):
     assert "full in about 59 minutes of recording (42 MB left)" in window.notification_bar.text
     window.live.recording.disk_filling.emit(DiskSpace(tmp_path, 1_000_000, 50.0))
     assert "about 50 seconds" in window.notification_bar.text
+
+
+@pytest.mark.skipif(not FULL.exists(), reason="needs /dev/full, a disk that is full")
+def test_recording_on_a_full_disk_offers_another_folder(window, tmp_path):
+    window.live.recording.start(tmp_path / "a.mcap")
+    with FULL.open("wb") as full:
+        os.dup2(full.fileno(), window.live.recording.recorder._stream.fileno())
+    run(window, 0.4)
+    assert window.live.recording.recorder is None
+    assert "(found: No space left on device). Free space or choose another folder" in window.notification_bar.text
+    button = window.notification_bar.findChild(QToolButton, "message-remedy")
+    assert button.text() == "Preferences"
