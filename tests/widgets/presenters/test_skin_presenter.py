@@ -382,20 +382,37 @@ def test_reason_is_stated_if_the_skin_cannot_be_changed(window, tmp_path):
     assert panel.tree.isEnabled()
 
 
-def test_robot_without_a_scene_reports_its_skin_and_opens_with_a_chosen_one(window, tmp_path, qtbot, monkeypatch):
-    (tmp_path / "rods.xml").write_text(RODS)
+def begin_to_open_rods(window, folder):
+    """Open a robot until its skin is planned, as its process does before the skin is fitted; return the job."""
+    (folder / "rods.xml").write_text(RODS)
     opening = window.live.scene_jobs.executor
     opening.hold = True
-    window.presenters.files.open_path(str(tmp_path / "rods.xml"))
+    window.presenters.files.open_path(str(folder / "rods.xml"))
     (job,) = opening._waiting
-    robot = load_robot_file(tmp_path / "rods.xml")
-    job.deliver("part", plan_cover(job.job.arguments[0], robot))  # as its process does before the skin is fitted
+    job.deliver("part", plan_cover(job.job.arguments[0], load_robot_file(folder / "rods.xml")))
+    return job
+
+
+def test_skin_that_is_chosen_before_the_opening_is_counted_when_the_panel_was_hidden(window_again, tmp_path, qtbot):
+    window = window_again
+    assert not panel_of(window).isVisible()
+    begin_to_open_rods(window, tmp_path)
+    window.action("choose_links").trigger()
+    window.live.scene_jobs.executor.hold = False
+    wait_for_counts(window, qtbot)
+    assert listed(window).keys() == {"left", "right"}
+    assert sum(listed(window).values()) == 1000
+    click(window, "skin-revert")
+
+
+def test_robot_without_a_scene_reports_its_skin_and_opens_with_a_chosen_one(window, tmp_path, qtbot, monkeypatch):
+    job = begin_to_open_rods(window, tmp_path)
     bar = window.notification_bar
     monkeypatch.setattr(bar, "_clock", lambda: time.monotonic() + 2 * READ_SECONDS)
     bar._read.timeout.emit()
     assert bar.text == "rods: 1,000 taxels on left and right", "shown while the links can be chosen"
     QTest.mouseClick(window.notification_bar.findChild(QToolButton, "message-remedy"), LEFT)
-    opening.hold = False
+    window.live.scene_jobs.executor.hold = False
     assert job.done
     assert window.live.prepared.robot.name == "arm", "the present robot is still shown"
     panel = panel_of(window)
@@ -411,6 +428,7 @@ def test_robot_without_a_scene_reports_its_skin_and_opens_with_a_chosen_one(wind
     assert window.live.prepared.robot.name == "rods"
     assert counts(window) == {"right": 60}
     assert panel.apply.text() == "Apply"
+    assert window.presenters.map_files.unsaved == ("skin",), "no file contains the choice"
 
 
 @pytest.mark.long
@@ -419,6 +437,7 @@ def test_opening_by_default_only_reports_the_skin(window, tmp_path):
     window.presenters.files.open_path(str(tmp_path / "rods.xml"))
     assert window.notification_bar.text == "rods: 1,000 taxels on left and right"
     assert counts(window).keys() == {"left", "right"}
+    assert window.presenters.map_files.unsaved == ()
     window.action("choose_skin").trigger()
     assert panel_of(window).tree.checked == ("left", "right")
     assert not panel_of(window).apply.isEnabled()

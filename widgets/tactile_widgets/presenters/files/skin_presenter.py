@@ -114,14 +114,13 @@ class SkinPresenter(Presenter):
 
     def _choose_first(self, plan: CoverPlan) -> None:
         """Let the user choose the skin of a scene that is not open yet."""
-        self._opening = plan.scene
+        cover = replace(plan.scene.cover, links=plan.links)
+        self._opening = with_cover(plan.scene, cover)
         self._robot = None
         self._display.set_preview(None)
-        cover = replace(plan.scene.cover, links=plan.links)
         note = f"The skin of {Path(plan.scene.robot).stem}, which is not open yet."
         self._panel.show_choice(SkinChoice(cover, {}, note, apply="Open", applicable=True))
         self._on_refusal_changed()
-        self.preview.request(with_cover(plan.scene, cover))
 
     # The shown skin.
 
@@ -170,6 +169,7 @@ class SkinPresenter(Presenter):
         if self._opening is not None:
             self._panel.show_progress("Finding the links")
             self.preview.show_robot_of(self._opening)
+            self.preview.request(self._opening)
         elif self._robot is not None:
             # The areas follow: another process computes them, which may take seconds to start.
             self._panel.show_candidates(cover_candidates(self._robot, measured=False))
@@ -219,6 +219,7 @@ class SkinPresenter(Presenter):
             else:
                 self.preview.cancel()
                 path = scene.robot if Path(scene.robot).is_file() else None
+                self._map_files.choose_skin(changed)
                 self._files.open_scene(changed, recent=path)
 
     def _change(self, name: str, scene: Scene) -> None:

@@ -118,6 +118,7 @@ class MapFilePresenter(Presenter):
         self._kept: list[KeptDocument] = []
         self._first: MapDocument | None = None
         self._new_skin = False  # the skin is in no file
+        self._chosen: Scene | None = None  # the user chose the skin of this scene, which is being opened
         self._scene_in_file: Scene | None = None  # the scene behind a recording that is being taken over
         self._reported_unwritable = False
         self._discarded = False  # the autosave is not needed any more once the document is replaced
@@ -231,6 +232,8 @@ class MapFilePresenter(Presenter):
         with suppress(OSError):  # no autosave then, as reported
             self._claim = claim_folder(autosave_folder(prepared.robot.name), without=AUTOSAVE_NAME)
         self._scene.begin(prepared)
+        self._new_skin = self._chosen is not None and have_same_skin(self._chosen, prepared.scene)
+        self._chosen = None
         self._first = document
         if own is None:
             self._file = DocumentFile(None, document, folder=self._folder)
@@ -303,6 +306,10 @@ class MapFilePresenter(Presenter):
             return False
         self._kept[-1] = replace(self._kept[-1], settings=run.settings, overrides=self._overrides)
         return True
+
+    def choose_skin(self, scene: Scene) -> None:
+        """Note that the user chose the skin of a scene before it is opened, so that no file contains it."""
+        self._chosen = scene
 
     def forget_skin(self, scene: Scene) -> None:
         """Forget the document of a scene whose skin is made again."""
@@ -794,7 +801,7 @@ class MapFilePresenter(Presenter):
                 otherwise()
 
         buttons = Button.Save | Button.Discard | Button.Cancel
-        waits = " The skin is saved once it is prepared." if self._preparing_skin else ""
+        waits = " Save waits until the new skin is prepared." if self._preparing_skin else ""
         text = f"These parts have changes that are not saved: {', '.join(unsaved)}.{waits}"
         self._context.dialogs.ask("leave", "Save the changes?", text, buttons, answered, default=Button.Save)
 
