@@ -298,11 +298,21 @@ def test_channels_are_counted_and_listed_on_request(window, tmp_path):
     panel.refresh()
     before = places(window)
     button = panel.findChild(QPushButton, "live-channels")
-    assert button.text() == "30 send nothing"
+    assert button.text() == "30 silent"
     assert "taxel 145" not in notes_of(panel)
     QTest.mouseClick(button, Qt.MouseButton.LeftButton)
     assert "Sends nothing: taxel 145: dead at 7" in notes_of(panel)
     assert places(window) == before
+    QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+    window.resize(1366, 600)
+    QApplication.processEvents()
+    notes = panel.findChild(NoteList)
+    shown = notes.viewport()
+    assert shown.visibleRegion().boundingRect().height() < shown.height()
+    QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+    QApplication.processEvents()
+    assert shown.visibleRegion().boundingRect().height() == shown.height(), "the list is scrolled into view"
+    assert notes.notes[notes.indexAt(QPoint(5, 5)).row()].head == "Sends nothing"
     window.live.connection.close()
 
 

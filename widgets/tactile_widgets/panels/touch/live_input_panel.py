@@ -45,6 +45,8 @@ _ROWS = {
 }
 _AWAITED = "The skin is not tared. Leave it untouched and press Tare; until then no contact is detected."
 _TARING = "Leave the skin untouched while its baseline is measured."
+_SILENT = "Sends nothing"
+_SWAPPED = "Seem swapped"
 _NO_NOTES = "Problems of the readings are listed here."
 
 
@@ -61,6 +63,8 @@ class LiveInputPanel(ConnectedPanel):
     """Contact settings entered by the user."""
     rate_changed = Signal(float)
     """Readings per second [Hz], emitted a few times per second."""
+    channels_listed = Signal(QWidget)
+    """The user lists the channels that do not work, in this part of the panel."""
     calibration_file_requested = Signal()
     """The user saves the gains; the receiver asks for a file and calls ``save_calibration``."""
 
@@ -91,7 +95,8 @@ class LiveInputPanel(ConnectedPanel):
         trouble.setFixedHeight(_TROUBLE_LINES * trouble.fontMetrics().lineSpacing())
         for number, (key, (text, tip)) in enumerate(_ROWS.items()):
             self._values[key].setAlignment(Qt.AlignmentFlag.AlignRight)
-            add_fact(grid, number, text, tip, self._values[key])
+            name = add_fact(grid, number, text, tip, self._values[key])
+            name.setAlignment(Qt.AlignmentFlag.AlignTop)
         self._mode = make(
             QComboBox, self, objectName="live-mode", accessibleName="Values shown", activated=self._on_mode_activated
         )
@@ -101,7 +106,7 @@ class LiveInputPanel(ConnectedPanel):
         self._inverted = push_button(self, "live-inverted", "No", tip, self._on_inverted_clicked, checkable=True)
         add_fact(grid, len(_ROWS) + 1, "Inverted", tip, self._inverted)
         tip = "List the channels that send nothing, and those that seem swapped"
-        self._channels = push_button(self, "live-channels", "All work", tip, self.refresh, checkable=True)
+        self._channels = push_button(self, "live-channels", "All work", tip, self._on_channels_clicked, checkable=True)
         add_fact(grid, len(_ROWS) + 2, "Channels", tip, self._channels)
         self.distribution = ReadingDistribution(self)
         self.distribution.reading_edited.connect(self.reading_edited)
@@ -154,9 +159,18 @@ class LiveInputPanel(ConnectedPanel):
         if self._error:
             notes.insert(0, Note("Not possible", as_sentence(self._error), fault=True))
         if self._channels.isChecked():
-            notes += [Note("Sends nothing", text) for text in silent] + [Note("Seem swapped", text) for text in swapped]
+            notes += [Note(_SILENT, text) for text in silent] + [Note(_SWAPPED, text) for text in swapped]
         if tuple(notes) != self._notes.notes:  # otherwise the list would scroll back
             self._notes.show_notes(notes)
+
+    def _on_channels_clicked(self, listed: bool) -> None:
+        """List the channels that do not work, or hide them; the list may be below the edge of the window."""
+        self.refresh()
+        heads = [note.head for note in self._notes.notes]
+        first = next((row for row, head in enumerate(heads) if head in (_SILENT, _SWAPPED)), None)
+        if listed and first is not None:
+            self._notes.scrollToItem(self._notes.item(first), NoteList.ScrollHint.PositionAtTop)
+            self.channels_listed.emit(self._notes)
 
     def _show_baseline(self, facts: MeasuredFacts, *, over: bool) -> None:
         """Show whether the skin is tared, and draw attention to the button if it has to be.
@@ -256,8 +270,12 @@ def _channels_text(facts: MeasuredFacts, silent: int, taxels: int) -> str:
     """Return in words how many channels do not work."""
     if facts.unheard == taxels:
         return "None heard"
-    counts = {"not heard": facts.unheard, "send nothing": silent, "swapped pairs": len(facts.swapped)}
-    return ", ".join(f"{count} {words}" for words, count in counts.items() if count) or "All work"
+    texts = {
+        f"{facts.unheard} not heard": facts.unheard,
+        f"{silent} silent": silent,
+        counted(len(facts.swapped), "swapped pair"): len(facts.swapped),
+    }
+    return ", ".join(text for text, count in texts.items() if count) or "All work"
 
 
 def _notes(status: ConnectionStatus, facts: MeasuredFacts, taxels: int) -> list[Note]:

@@ -160,6 +160,7 @@ class LiveInputPresenter(Presenter):
         panel = context.panels.get(LiveInputPanel)
         panel.disconnect_requested.connect(context.session.connection.close)
         panel.calibration_file_requested.connect(self._choose_calibration_file)
+        panel.channels_listed.connect(partial(context.panels.reveal, panel))
         context.panels.get(SkinCheckPanel).report_requested.connect(self._choose_report)
         context.session.connection.changed.connect(self._on_live_input_changed)
         context.session.mode_changed.connect(self._on_mode_changed)
