@@ -25,7 +25,7 @@ def test_threshold_stays_above_the_noise(noise, threshold):
     [
         ({"estimator": "tikonov"}, "contacts.estimator.*unknown force estimator.*tikonov.*Did you mean tikhonov"),
         ({"estimator": 3}, "contacts.estimator"),
-        ({"threshold": 0.0}, "contacts.threshold.*0.0.*Choose 1 to 1e\\+11 Pa"),
+        ({"threshold": 0.0}, "contacts.threshold.*0 Pa.*Choose 1 to 1e\\+11 Pa"),
         ({"threshold": float("nan")}, "contacts.threshold"),
         ({"threshold": float("inf")}, "contacts.threshold"),
         ({"threshold": True}, "contacts.threshold"),

@@ -19,6 +19,7 @@ from tactile_maps.core.errors import (
     TactileMapsError,
     UsageError,
     add_finding,
+    check_range,
     counted,
     describe_unexpected_error,
     did_you_mean,
@@ -195,3 +196,10 @@ def test_noun_is_in_the_plural_unless_there_is_one(number, noun, text):
 @pytest.mark.parametrize(("count", "end"), [(8, "n7"), (9, "n7 and 1 more")])
 def test_long_lists_are_shortened(count, end):
     assert names_text([f"n{number}" for number in range(count)]).endswith(end)
+
+
+@pytest.mark.parametrize("value", [-0.1, 2.5, float("nan"), float("inf"), True, "1"])
+def test_value_out_of_range_is_refused_with_its_unit_and_limits(value):
+    check_range("the pitch", 2.0, 0, 2, error=SkinError, unit="mm")
+    with pytest.raises(SkinError, match=r"pitch: the pitch is out of range \(found: .*\)\. Choose 0 to 2 mm"):
+        check_range("the pitch", value, 0, 2, error=SkinError, place="pitch", unit="mm")

@@ -86,7 +86,7 @@ def test_invalid_value_is_rejected_with_its_key(bad):
 
 def test_range_of_lengths_is_stated_in_metres_and_path_times_with_a_remedy():
     for bad, words in (
-        ({"size": (500.0,)}, r"found: 500.0\). Choose 0.0001 to 100 metres"),
+        ({"size": (500.0,)}, r"found: 500 metres\). Choose 0.0001 to 100 metres"),
         ({"at": (0.0, 2e3, 0.0)}, "Choose -1000 to 1000 metres"),
         ({"path": ((-1.0, 0.0, 0.0, 0.0),)}, "Choose 0 to 3600 seconds"),
         ({"path": ((0, 0, 0, 1), (1, 0, 0, 2), (0.5, 0, 0, 1))}, "must rise .*each with a later time"),

@@ -22,20 +22,20 @@ from tactile_maps.tactile.sensors.sensor_effects import (
     Sampling,
     Saturation,
     Threshold,
-    check_range,
+    check_setting,
 )
 from tests.support.sensors import readings, refuses, row, stage
 
 
 @pytest.mark.parametrize("value", [0, 0.0, 1, 0.5, 1.0, np.float32(0.5), np.int64(1)])
 def test_both_ends_and_any_real_number_between_are_in_range(value):
-    check_range("noise.sd", value, 0.0, 1.0)
+    check_setting("noise.sd", value, 0.0, 1.0)
 
 
 @pytest.mark.parametrize("value", [-1e-9, 1.0001, float("nan"), float("inf"), "0.5", None, True, 1j, [0.5]])
 def test_number_out_of_range_is_rejected_with_place_and_range(value):
     with pytest.raises(SimulationError, match=r"sensor\.noise\.sd: .*Choose 0 to 1") as error:
-        check_range("noise.sd", value, 0.0, 1.0)
+        check_setting("noise.sd", value, 0.0, 1.0)
     assert error.value.value is value
 
 

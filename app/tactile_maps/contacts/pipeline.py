@@ -28,7 +28,7 @@ from tactile_maps.contacts.force_estimation.wrench_consistency import WrenchMism
 from tactile_maps.contacts.self_touch import SelfTouchMatcher
 from tactile_maps.core.arrays import BoolArray, FloatArray, set_fields
 from tactile_maps.core.codec import LATER
-from tactile_maps.core.errors import MapError, SceneError
+from tactile_maps.core.errors import MapError, SceneError, check_range
 from tactile_maps.core.reading_units import ReadingUnits
 from tactile_maps.core.toml import check_keys
 from tactile_maps.maps.model.interpolation import INTERPOLATIONS
@@ -113,14 +113,7 @@ class ReadingSettings:
 
     def _check(self, name: str, low: float, high: float, *, unit: str) -> None:
         value = getattr(self, name)
-        number = isinstance(value, int | float) and not isinstance(value, bool)
-        if not (number and low <= value <= high):  # False for NaN
-            raise SceneError(
-                "a contact setting is out of range",
-                place=f"contacts.{name}",
-                value=value,
-                remedy=f"Choose {low:g} to {high:g} {unit}",
-            )
+        check_range("a contact setting", value, low, high, error=SceneError, place=f"contacts.{name}", unit=unit)
         set_fields(self, **{name: float(value)})
 
     @property

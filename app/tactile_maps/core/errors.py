@@ -21,6 +21,7 @@ from datetime import datetime
 from difflib import get_close_matches
 from importlib.metadata import PackageNotFoundError, requires, version
 from importlib.util import find_spec
+from numbers import Real
 from pathlib import Path, PurePath
 
 from platformdirs import user_log_path
@@ -260,6 +261,36 @@ def counted(number: int, noun: str) -> str:
     if noun.endswith("y") and noun[-2] not in "aeiou":
         return f"{number} {noun[:-1]}ies"
     return f"{number} {noun}s"
+
+
+def check_range(
+    what: str,
+    value: float,
+    low: float,
+    high: float,
+    *,
+    error: type[TactileMapsError],
+    place: str | None = None,
+    unit: str = "",
+) -> None:
+    """Raise ``error`` unless a value is a number from ``low`` to ``high``; NaN is not.
+
+    Args:
+        what: The value in words, such as "the pitch".
+        value: The value.
+        low: Lowest valid number.
+        high: Highest valid number.
+        error: Class of the error.
+        place: Where the value is stated.
+        unit: Unit of the numbers, if they have one.
+    """
+    number = isinstance(value, Real) and not isinstance(value, bool)
+    if number and low <= value <= high:
+        return
+    found = f"{value:g} {unit}" if unit and number else value
+    limits = " to ".join(f"{limit:,}" if isinstance(limit, int) else f"{limit:g}" for limit in (low, high))
+    remedy = f"Choose {limits} {unit}".rstrip()
+    raise error(f"{what} is out of range", place=place, value=found, remedy=remedy)
 
 
 def names_text(names: Sequence[str], most: int = 8, *, separator: str = ", ") -> str:

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tactile_maps.core.arrays import refreeze
-from tactile_maps.core.errors import Finding, MapError
+from tactile_maps.core.errors import Finding, MapError, check_range
 from tactile_maps.core.progress import Progress, no_progress
 from tactile_maps.editing.document import MapDocument, PatchEdit
 from tactile_maps.flattening.chart import Chart
@@ -120,8 +120,7 @@ def set_lengths(document: MapDocument, numbers: Iterable[int], lengths: float) -
     Raises:
         MapError: Unknown patch, a value outside 0 to 1, or a method without slider.
     """
-    if not 0 <= lengths <= 1:
-        raise MapError("the share of lengths is out of range", place="lengths", value=lengths, remedy="Choose 0 to 1")
+    check_range("the share of lengths", lengths, 0, 1, error=MapError, place="lengths")
     chosen = document.chosen(numbers)
     for patch in (document.patches[k] for k in chosen):
         if not find_method(patch.method).slides:

@@ -21,7 +21,7 @@ import numpy as np
 from scipy.sparse.csgraph import minimum_spanning_tree
 
 from tactile_maps.core.arrays import ArrayFields, BoolArray, FloatArray, IntArray
-from tactile_maps.core.errors import MapError
+from tactile_maps.core.errors import MapError, check_range
 from tactile_maps.geometry.geodesics import distances_from, edge_graph, path_in_tree, shortest_path_tree
 from tactile_maps.geometry.surface.connectivity import Connectivity, corner_fans, run_starts, side_ends
 from tactile_maps.geometry.surface.mesh import Mesh
@@ -317,9 +317,8 @@ class SeamPlan(ArrayFields, drawn=2):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.extra is not None and not 0 <= self.extra <= MOST_SEAMS:
-            remedy = f"Choose 0 to {MOST_SEAMS}"
-            raise MapError("the number of seams is out of range", place="seams", value=self.extra, remedy=remedy)
+        if self.extra is not None:
+            check_range("the number of seams", self.extra, 0, MOST_SEAMS, error=MapError, place="seams")
         if self.importance is not None and not (np.isfinite(self.importance) & (self.importance >= 0)).all():
             raise MapError("an importance is negative or not finite", place="importance")
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from tactile_maps.core.arrays import FloatArray
-from tactile_maps.core.errors import Finding, MapError
+from tactile_maps.core.errors import Finding, MapError, check_range
 from tactile_maps.flattening import methods
 from tactile_maps.flattening.bijectivity import BoundaryBarrier, crossings, flipped
 from tactile_maps.flattening.chart import Chart, canonical_pose
@@ -68,8 +68,7 @@ def flatten(
     """
     how = find_method(method)
     plan = seams or SeamPlan()
-    if not 0 <= lengths <= 1:
-        raise MapError("the share of lengths is out of range", place="lengths", value=lengths, remedy="Choose 0 to 1")
+    check_range("the share of lengths", lengths, 0, 1, error=MapError, place="lengths")
     if not surface.area > 0:
         raise MapError("the surface has no area to flatten", place=name, value=f"{len(surface.faces)} faces")
     job = _FlatteningJob(surface, how, lengths, plan, name, on_round)

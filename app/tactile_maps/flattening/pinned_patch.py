@@ -17,7 +17,7 @@ from types import MappingProxyType
 import numpy as np
 
 from tactile_maps.core.arrays import FloatArray, IntArray, readonly
-from tactile_maps.core.errors import Finding, MapError
+from tactile_maps.core.errors import Finding, MapError, check_range
 from tactile_maps.flattening.bijectivity import BoundaryBarrier, crossings, flipped
 from tactile_maps.flattening.chart import Chart, Pin
 from tactile_maps.flattening.initial_map import Disk
@@ -386,8 +386,7 @@ class PinnedPatch:
 
 
 def _check(surface: Mesh, chart: Chart, lengths: float, name: str) -> None:
-    if not 0 <= lengths <= 1:
-        raise MapError("the share of lengths is out of range", place=name, value=lengths, remedy="Choose 0 to 1")
+    check_range("the share of lengths", lengths, 0, 1, error=MapError, place=name)
     same = chart.faces.shape == surface.faces.shape and chart.vertex_of.max(initial=-1) < len(surface.vertices)
     sized = len(chart.plane) == len(chart.vertex_of)
     if not (same and sized and (chart.vertex_of[chart.faces] == surface.faces).all()):

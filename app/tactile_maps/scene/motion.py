@@ -10,7 +10,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from tactile_maps.core.arrays import FloatArray
-from tactile_maps.core.errors import SceneError, did_you_mean
+from tactile_maps.core.errors import SceneError, check_range, did_you_mean
 from tactile_maps.robots.model.robot import Joint, Robot
 
 Unit: TypeAlias = Literal["rad", "deg"]
@@ -37,9 +37,7 @@ class Waypoint:
 
     def __post_init__(self) -> None:
         for name, value, low in (("seconds", self.seconds, 0.01), ("rest", self.rest, 0.0)):
-            if not low <= value <= 3600.0:
-                remedy = f"Choose {low:g} to 3600 s"
-                raise SceneError("the motion is out of range", place=f"motion.{name}", value=value, remedy=remedy)
+            check_range("the motion", value, low, 3600.0, error=SceneError, place=f"motion.{name}", unit="s")
         values = self.posture.values() if isinstance(self.posture, Mapping) else self.posture
         if not all(map(math.isfinite, values)):
             raise SceneError("a posture must be finite numbers", place="motion.posture", value=self.posture)

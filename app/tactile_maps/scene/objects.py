@@ -10,7 +10,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from tactile_maps.core.errors import Finding, SceneError
+from tactile_maps.core.errors import Finding, SceneError, check_range
 from tactile_maps.geometry.surface.mesh import Mesh
 from tactile_maps.geometry.surface.pose import Pose
 
@@ -32,7 +32,7 @@ _FARTHEST = 1e3
 _LARGEST = 100.0
 _SMALLEST = 1e-4
 _RANGES = (("mass", 0.0, 1e5), ("stiffness", 1.0, 1e8), ("damping", 0.0, 10.0), ("max_force", 0.0, 1e4))
-_METRES = " metres"
+_METRES = "metres"
 
 
 @dataclass(frozen=True)
@@ -103,11 +103,8 @@ class ObjectSpec:
             raise SceneError("only free bodies can be guided", place="objects.guided", value=self.kind, remedy=remedy)
 
     def _check(self, name: str, value: float, low: float, high: float, *, unit: str = "") -> None:
-        if not (math.isfinite(value) and low <= value <= high):
-            remedy = f"Choose {low:g} to {high:g}{unit}"
-            raise SceneError(
-                f"{self.name} has a value out of range", place=f"objects.{name}", value=value, remedy=remedy
-            )
+        what = f"a value of {self.name}"
+        check_range(what, value, low, high, error=SceneError, place=f"objects.{name}", unit=unit)
 
     def _check_size(self) -> None:
         meanings = _SIZES[self.kind]
@@ -126,7 +123,7 @@ class ObjectSpec:
             raise SceneError("only a probe has a path", place="objects.path", value=self.kind)
         times = [row[0] for row in self.path]
         for seconds, *place in self.path:
-            self._check("path", seconds, 0.0, 3600.0, unit=" seconds")
+            self._check("path", seconds, 0.0, 3600.0, unit="seconds")
             for value in place:
                 self._check("path", value, -_FARTHEST, _FARTHEST, unit=_METRES)
         if any(later <= earlier for earlier, later in pairwise(times)):

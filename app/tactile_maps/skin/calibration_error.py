@@ -23,7 +23,7 @@ from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 from tactile_maps.core.arrays import FloatArray, IntArray
-from tactile_maps.core.errors import Finding, SkinError
+from tactile_maps.core.errors import Finding, SkinError, check_range
 from tactile_maps.geometry.surface.closest_point import ClosestPoint
 from tactile_maps.geometry.surface.mesh import Mesh
 from tactile_maps.geometry.surface.points import sums_by_label
@@ -57,10 +57,7 @@ def with_calibration_error(skin: Skin, sd: float, *, seed: int = 0, by: ErrorUni
 
     Cost: 0.1 s for 1000 taxels.
     """
-    if not 0 <= sd <= MAX_ERROR:  # NaN compares false
-        raise SkinError(
-            "the calibration error is out of range", place="sd", value=f"{sd} m", remedy="Choose 0 to 0.05 m"
-        )
+    check_range("the calibration error", sd, 0, MAX_ERROR, error=SkinError, place="sd", unit="m")
     if by not in _SHIFTS:
         raise SkinError("unknown unit", place="by", value=by, remedy=f"Choose {' or '.join(_SHIFTS)}")
     if sd == 0:
@@ -132,8 +129,7 @@ def with_area_error(skin: Skin, factor: float) -> Skin:
     Raises:
         SkinError: The factor is out of range.
     """
-    if not 0.01 <= factor <= 100:  # NaN compares false
-        raise SkinError("the gain error is out of range", place="factor", value=factor, remedy="Choose 0.01 to 100")
+    check_range("the gain error", factor, 0.01, 100, error=SkinError, place="factor")
     return replace(skin, patches=tuple(_enlarged(patch, factor) for patch in skin.patches))
 
 

@@ -15,7 +15,7 @@ from scipy.spatial import cKDTree
 from scipy.spatial.distance import pdist, squareform
 
 from tactile_maps.core.arrays import ArrayFields, BoolArray, FloatArray, IntArray
-from tactile_maps.core.errors import SimulationError
+from tactile_maps.core.errors import SimulationError, check_range
 from tactile_maps.skin.model.skin import Skin
 from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 from tactile_maps.tactile.mechanics.loads import Load, sphere_load
@@ -77,11 +77,7 @@ class BabbleSpec:
             ("noise", self.noise, 0.0, 10.0),
         ]
         for name, value, low, high in ranges:
-            if not low <= value <= high:
-                remedy = f"Choose {low:g} to {high:g}"
-                raise SimulationError(
-                    "the babbling setting is out of range", place=f"babbling.{name}", value=value, remedy=remedy
-                )
+            check_range("the babbling setting", value, low, high, error=SimulationError, place=f"babbling.{name}")
 
 
 def babble(skin: Skin, spec: BabbleSpec) -> FloatArray:

@@ -259,7 +259,7 @@ DRIVER = "FILE --send udp://127.0.0.1:9"
         ("FILE --weight-seconds 1", 2, "--weight-seconds: this option has no effect without --weight"),
         ("FILE --weight-seconds 100 --weight 1", 2, "--weight-seconds: the time is out of range"),
         ("FILE --weight 2000", 2, "--weight: the weight is out of range"),
-        ("FILE --tare 4", 2, "--tare: the number of readings is out of range (found: 4). Choose 5 to 100000"),
+        ("FILE --tare 4", 2, "--tare: the number of readings is out of range (found: 4). Choose 5 to 100,000"),
         ("FILE -o ''", 2, "argument -o/--output: the name of the file is empty"),
         *((f"FILE --threshold={value}", 2, "--threshold") for value in ("0", "-1", "nan", "2e8", "high")),
     ],

@@ -66,7 +66,7 @@ def test_tare_computes_mean_and_spread():
     assert counts.tolist() == [50, 50, 50]
     assert np.allclose(mean, readings.mean(0), rtol=0, atol=1e-8)
     assert np.allclose(spread, readings.std(0))
-    with pytest.raises(LiveError, match="1 to 100000"):
+    with pytest.raises(LiveError, match="1 to 100,000"):
         Tare(3, 0)
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.optimize import least_squares, minimize_scalar, nnls
 
 from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray
-from tactile_maps.core.errors import LiveError
+from tactile_maps.core.errors import LiveError, check_range
 from tactile_maps.core.progress import Progress
 
 _LEAST_LEVELS = 5
@@ -81,8 +81,7 @@ def folds_of(loads: FloatArray | IntArray, folds: int, random: np.random.Generat
     Raises:
         LiveError: The number of folds is not 2 to 20.
     """
-    if not 2 <= folds <= 20:
-        raise LiveError("the number of folds is out of range", value=folds, remedy="Choose 2 to 20")
+    check_range("the number of folds", folds, 2, 20, error=LiveError)
     level = np.concatenate([[0], np.cumsum(np.diff(loads) != 0)])
     blocks = min(_BLOCKS_PER_FOLD * folds, int(level[-1]) + 1)
     block = level * blocks // (int(level[-1]) + 1)

@@ -23,7 +23,7 @@ from tactile_maps.contacts.detection.detection import NOISE_LIMIT, TOUCH_THRESHO
 from tactile_maps.contacts.detection.regions import TaxelGraph, TaxelGroup
 from tactile_maps.contacts.detection.taxel_noise import TailShape, estimate_noise, student_factor, tail_of_readings
 from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray
-from tactile_maps.core.errors import LiveError
+from tactile_maps.core.errors import LiveError, check_range
 from tactile_maps.skin.model.skin import Skin
 
 MOST_KEPT = 200
@@ -86,9 +86,7 @@ class TareBlocks(NamedTuple):
 
 def check_tare(frames: int, *, least: int = LEAST_TARE) -> None:
     """Raise LiveError for an invalid number of readings of a tare."""
-    if not least <= frames <= _MOST_TARE:
-        remedy = f"Choose {least} to {_MOST_TARE}"
-        raise LiveError("the number of readings is out of range", value=frames, remedy=remedy)
+    check_range("the number of readings", frames, least, _MOST_TARE, error=LiveError)
 
 
 class Tare:

@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 
 from tactile_maps.core.arrays import FloatArray
-from tactile_maps.core.errors import LiveError
+from tactile_maps.core.errors import LiveError, check_range
 from tactile_maps.live.motion.measured_controller import RequestedMotion
 
 VALID_SECONDS = 0.2
@@ -61,14 +61,11 @@ class MotionLimits:
     force: float = 15.0
 
     def __post_init__(self) -> None:
-        for name, unit, value, (low, high) in (
+        for name, unit, value, limits in (
             ("speed", "rad/s", self.speed, SPEEDS),
             ("force", "N", self.force, FORCES),
         ):
-            if not (math.isfinite(value) and low <= value <= high):
-                remedy = f"Choose {low:g} to {high:g} {unit}"
-                problem = f"the {name} limit is out of range"
-                raise LiveError(problem, place=name, value=f"{value:g} {unit}", remedy=remedy)
+            check_range(f"the {name} limit", value, *limits, error=LiveError, place=name, unit=unit)
 
 
 class StopReason(StrEnum):

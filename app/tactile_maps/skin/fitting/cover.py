@@ -18,7 +18,7 @@ from scipy.spatial import ConvexHull, QhullError
 
 from tactile_maps.core.arrays import FloatArray
 from tactile_maps.core.caches import weak_cache
-from tactile_maps.core.errors import Finding, SkinError, check_names
+from tactile_maps.core.errors import Finding, SkinError, check_names, check_range
 from tactile_maps.core.progress import Progress, no_progress
 from tactile_maps.geometry.remesh.repair import clean_mesh
 from tactile_maps.geometry.remesh.wrap import coarsest_voxel, wrap_mesh
@@ -107,23 +107,12 @@ class CoverSpec:
         if self.links and (unknown := sorted({*self.bare} - {*self.links})):
             remedy = f"Choose among the links of the cover: {', '.join(self.links)}"
             raise SkinError("a bare link is not a link of the cover", place="bare", value=unknown[0], remedy=remedy)
-        if not MIN_COVER_TAXELS <= self.taxels <= MAX_COVER_TAXELS:
-            raise SkinError(
-                "the number of taxels is out of range",
-                place="taxels",
-                value=self.taxels,
-                remedy=f"Choose {MIN_COVER_TAXELS} to {MAX_COVER_TAXELS}",
-            )
-        for place, (least, most) in COVER_LENGTHS.items():
-            length = getattr(self, place)
-            if length is not None and not least <= length <= most:
+        least, most = MIN_COVER_TAXELS, MAX_COVER_TAXELS
+        check_range("the number of taxels", self.taxels, least, most, error=SkinError, place="taxels")
+        for place, limits in COVER_LENGTHS.items():
+            if (length := getattr(self, place)) is not None:
                 name = "cover thickness" if place == "thickness" else place
-                raise SkinError(
-                    f"the {name} is out of range",
-                    place=place,
-                    value=f"{length} m",
-                    remedy=f"Choose {least:g} to {most:g} m",
-                )
+                check_range(f"the {name}", length, *limits, error=SkinError, place=place, unit="m")
         if self.density not in ("uniform", "curvature"):
             raise SkinError(
                 "unknown density", place="density", value=self.density, remedy="Choose uniform or curvature"

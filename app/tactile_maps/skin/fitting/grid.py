@@ -13,7 +13,7 @@ from itertools import count
 import numpy as np
 
 from tactile_maps.core.arrays import FloatArray
-from tactile_maps.core.errors import Finding, MeshError, SkinError
+from tactile_maps.core.errors import Finding, MeshError, SkinError, check_range
 from tactile_maps.geometry.remesh.wrap import wrap_mesh
 from tactile_maps.geometry.surface.closest_point import ClosestPoint
 from tactile_maps.geometry.surface.mesh import Mesh
@@ -81,13 +81,10 @@ class GridSpec:
     def __post_init__(self) -> None:
         check_number_of_axes(self.axes)
         for name, number in (("rows", self.rows), ("columns", self.columns)):
-            if not 1 <= number <= MAX_GRID_SIDE:
-                remedy = f"Choose 1 to {MAX_GRID_SIDE}"
-                raise SkinError(f"the number of {name} is out of range", place=name, value=number, remedy=remedy)
+            check_range(f"the number of {name}", number, 1, MAX_GRID_SIDE, error=SkinError, place=name)
         if self.rows * self.columns < 2:
             raise SkinError("a grid has at least two taxels", place="rows", value=1, remedy="Choose more rows")
-        if not 0.1 <= self.aspect <= 10:
-            raise SkinError("the aspect is out of range", place="aspect", value=self.aspect, remedy="Choose 0.1 to 10")
+        check_range("the aspect", self.aspect, 0.1, 10, error=SkinError, place="aspect")
         for place, corner in (("first", self.first), ("last", self.last)):
             if len(corner) != 3 or not np.isfinite(corner).all():
                 raise SkinError("a corner is three finite numbers", place=place, value=corner)

@@ -19,7 +19,7 @@ from typing import Literal, TypeAlias, assert_never, get_args
 import numpy as np
 
 from tactile_maps.core.arrays import ArrayFields, BoolArray, FloatArray, IntArray, readonly, set_fields
-from tactile_maps.core.errors import SkinError
+from tactile_maps.core.errors import SkinError, check_range
 from tactile_maps.geometry.geodesics import distances_from, edge_graph
 from tactile_maps.geometry.remesh.refine import SubdividedMesh, subdivide, subdivided_count
 from tactile_maps.geometry.surface.closest_point import barycentric
@@ -144,12 +144,10 @@ class PlacementSpec:
                 )
         elif (self.pitch is None) == (self.taxels is None):
             raise SkinError("state the pitch or the number of taxels", place="pitch", value=(self.pitch, self.taxels))
-        if self.taxels is not None and not 1 <= self.taxels <= MAX_PLACED_TAXELS:
-            remedy = f"Choose 1 to {MAX_PLACED_TAXELS:,}"
-            raise SkinError("the number of taxels is out of range", place="taxels", value=self.taxels, remedy=remedy)
-        if self.pitch is not None and not _PITCH_RANGE[0] <= self.pitch <= _PITCH_RANGE[1]:
-            remedy = f"Choose {_PITCH_RANGE[0]} to {_PITCH_RANGE[1]} m"
-            raise SkinError("the pitch is out of range", place="pitch", value=f"{self.pitch} m", remedy=remedy)
+        if self.taxels is not None:
+            check_range("the number of taxels", self.taxels, 1, MAX_PLACED_TAXELS, error=SkinError, place="taxels")
+        if self.pitch is not None:
+            check_range("the pitch", self.pitch, *_PITCH_RANGE, error=SkinError, place="pitch", unit="m")
 
 
 _DENSITIES = "Choose curvature, or one value above zero for each vertex"

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
-from tactile_maps.core.errors import SimulationError
+from tactile_maps.core.errors import SimulationError, check_range
 
 
 @dataclass(frozen=True)
@@ -41,14 +40,8 @@ class ElasticLayer:
             ("friction", 0.0, 5.0),
         )
         for name, low, high in ranges:
-            value = getattr(self, name)
-            if not (math.isfinite(value) and low <= value <= high):
-                raise SimulationError(
-                    f"the {name} of the layer is out of range",
-                    place=f"layer.{name}",
-                    value=value,
-                    remedy=f"Choose {low:g} to {high:g}",
-                )
+            what = f"the {name} of the layer"
+            check_range(what, getattr(self, name), low, high, error=SimulationError, place=f"layer.{name}")
 
     @property
     def foundation(self) -> float:

@@ -24,7 +24,7 @@ from tactile_maps.tactile.sensors.sensor_effects import (
     SensorEffect,
     SensorEffects,
     SensorStage,
-    check_range,
+    check_setting,
 )
 
 StageRead: TypeAlias = Callable[[FloatArray], FloatArray]
@@ -96,7 +96,7 @@ class SensorStageEntry:
         """
         options = {option.name: numbers.get(option.name, option.usual) for option in self.options}
         for option in self.options:
-            check_range(f"{self.name}.{option.name}", options[option.name], option.low, option.high)
+            check_setting(f"{self.name}.{option.name}", options[option.name], option.low, option.high)
         return PluginEffect(self.name, tuple(options.items()))
 
 

@@ -14,7 +14,6 @@ import math
 from abc import ABC, abstractmethod
 from collections import deque
 from dataclasses import dataclass, field, fields, replace
-from numbers import Real
 from typing import Any, ClassVar
 from zlib import crc32
 
@@ -24,11 +23,11 @@ from scipy.spatial.transform import Rotation
 
 from tactile_maps.core.arrays import FloatArray, readonly
 from tactile_maps.core.codec import LATER
-from tactile_maps.core.errors import SimulationError
+from tactile_maps.core.errors import SimulationError, check_range
 from tactile_maps.skin.model.skin import Skin
 
 
-def check_range(place: str, value: float, low: float, high: float) -> None:
+def check_setting(place: str, value: float, low: float, high: float) -> None:
     """Reject a number outside ``low`` to ``high``, both included.
 
     Args:
@@ -40,13 +39,7 @@ def check_range(place: str, value: float, low: float, high: float) -> None:
     Raises:
         SimulationError: It is not a number, not finite or outside the range.
     """
-    if not (isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value) and low <= value <= high):
-        raise SimulationError(
-            "the sensor setting is out of range",
-            place=f"sensor.{place}",
-            value=value,
-            remedy=f"Choose {low:g} to {high:g}",
-        )
+    check_range("the sensor setting", value, low, high, error=SimulationError, place=f"sensor.{place}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,7 +119,7 @@ class SensorEffect:
 
     def __post_init__(self) -> None:
         for name, low, high in self.ranges:
-            check_range(f"{self.key}.{name}", getattr(self, name), low, high)
+            check_setting(f"{self.key}.{name}", getattr(self, name), low, high)
 
 
 @dataclass(frozen=True)
@@ -537,7 +530,7 @@ class DeadTaxels(SensorEffect):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        check_range("dead_taxels, dead and stuck together", self.dead + self.stuck, 0.0, 1.0 + 1e-9)
+        check_setting("dead_taxels, dead and stuck together", self.dead + self.stuck, 0.0, 1.0 + 1e-9)
 
 
 class SamplingStage(BuiltInStage):
