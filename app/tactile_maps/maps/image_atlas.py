@@ -192,7 +192,9 @@ class ImageAtlas:
         if changed is not None:
             ends = self._taxel_rows.indptr
             if int((ends[changed + 1] - ends[changed]).sum()) < _FEW * self._taxel_rows.nnz:
-                rows = np.unique(self._taxel_rows[:, changed].indices)
+                affected = np.zeros(len(self._pixels), bool)  # np.unique takes 3 ms
+                affected[self._taxel_rows[:, changed].indices] = True
+                rows = np.flatnonzero(affected)
                 written = self._pixels[rows]
                 out.reshape(-1)[written] = self._weights[rows] @ kilopascals
                 return written

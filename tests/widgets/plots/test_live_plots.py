@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
+from functools import partial
+from itertools import count
 from unittest.mock import Mock
 
 import numpy as np
 import pyqtgraph as pg
 import pytest
+from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QApplication, QLabel
 
 from tactile_maps.contacts.detection.contact_shear import ContactShear, Slip
@@ -50,7 +53,7 @@ def test_hidden_plots_keep_samples_but_draw_nothing(plots, prepared, qtbot):
     assert drawn(plots, 0) == [0]
     plots.show()
     qtbot.waitExposed(plots)
-    assert drawn(plots, 0) == [30, 30], "all together, and the one region"
+    assert drawn(plots, 0) == [30, 29], "all together, and the 15 touches of one region with gaps between them"
     assert drawn(plots, 2) == [30] * 4
 
 
@@ -88,16 +91,35 @@ def test_frames_in_quick_succession_do_not_postpone_paced_plots(prepared, qtbot,
     qtbot.addWidget(plots)
     plots.show()
     qtbot.waitExposed(plots)
-    plots._since_drawn = Mock(elapsed=Mock(return_value=MAX_REST_MS))
+    plots._since_drawn = Mock(elapsed=Mock(return_value=MAX_REST_MS), nsecsElapsed=Mock(return_value=0))
     starts = Mock(wraps=plots._late.start)
     monkeypatch.setattr(plots._late, "start", starts)
     play(plots, prepared, 20)
     starts.assert_called_once()
-    qtbot.waitUntil(lambda: drawn(plots, 0) == [20, 20])
+    qtbot.waitUntil(lambda: drawn(plots, 0) == [20, 19])
+
+
+def test_window_responds_between_two_paced_plots(prepared, qtbot, monkeypatch):
+    plots = LivePlots(DARK, paced=True)
+    qtbot.addWidget(plots)
+    plots.show()
+    qtbot.waitExposed(plots)
+    happened = []
+    for key in plots.shown_keys:
+        monkeypatch.setattr(plots._parts[key], "draw", partial(happened.append, key))
+    timer = QTimer(plots)
+    timer.timeout.connect(lambda: happened.append("other"))
+    timer.start(0)
+    play(plots, prepared, 1)
+    qtbot.waitUntil(lambda: plots.shown_keys[-1] in happened)
+    drawn_at = [happened.index(key) for key in plots.shown_keys]
+    assert len(drawn_at) == 2
+    assert "other" in happened[drawn_at[0] : drawn_at[1]]
+    assert happened.count(plots.shown_keys[0]) == 1
 
 
 def test_plots_are_drawn_every_second_even_with_slow_updates(plots, monkeypatch):
-    monkeypatch.setattr(plots, "_since_drawn", Mock(elapsed=Mock(return_value=5000)))
+    monkeypatch.setattr(plots, "_since_drawn", Mock(nsecsElapsed=Mock(side_effect=count(0, 5 * 10**9))))
     plots._redraw()
     assert plots._rest_ms == MAX_REST_MS == 1000
 

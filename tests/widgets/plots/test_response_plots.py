@@ -46,7 +46,8 @@ def plot(plots, name) -> pg.PlotItem:
 def curve(plots, name, ink):
     """The drawn curve of that ink."""
     for item in plot(plots, name).listDataItems():
-        if item.isVisible() and QColor(pg.mkPen(item.opts["pen"]).color()).name() == ink and item.xData is not None:
+        drawn = item.isVisible() and item.xData is not None and len(item.xData)
+        if drawn and QColor(pg.mkPen(item.opts["pen"]).color()).name() == ink:
             return item
     return None
 

@@ -141,6 +141,8 @@ class LivePlots(QWidget):
         self._since_drawn = QElapsedTimer()
         self._dirty = False
         self._late = make(QTimer, self, singleShot=True, timeout=self._on_late)
+        self._undrawn: list[PlotKey] = []
+        self._drawing_ns = 0
         self._rest_ms = REDRAW_MS
         self._units = ReadingUnits.CALIBRATED
         self._selection: TaxelSelection | None = None
@@ -327,6 +329,7 @@ class LivePlots(QWidget):
             self.board.remove(key)
             del self._parts[key]
             self._trace_plots.pop(key, None)
+        self._undrawn = []  # of the earlier choice
         for key in choice.order:
             if key not in self._parts:
                 self._parts[key] = self._make_part(key)
@@ -604,24 +607,44 @@ class LivePlots(QWidget):
     # Drawing.
 
     def _on_late(self) -> None:
-        """Draw the last frame if no frame followed it, because time is paused."""
-        if self._dirty:
-            self._redraw_if_seen()
+        """Draw the next plot, also if no frame followed the last one, because time is paused."""
+        if not self._undrawn and self._dirty and self._seen:
+            self._begin_drawing()
+        if self._undrawn:
+            self._draw_next()
+            if self._undrawn:
+                self._late.start(0)  # the window responds between two plots
+            elif self._dirty:
+                self._late.start(self._rest_ms)
+
+    @property
+    def _seen(self) -> bool:
+        return self.isVisible() or bool(self.board.windows)
 
     def _redraw_if_seen(self) -> None:
-        if self.isVisible() or self.board.windows:
+        if self._seen:
             self._redraw()
 
     def _redraw(self) -> None:
-        """Draw the shown plots; hidden ones keep their samples until they are shown."""
+        """Draw the shown plots at once; hidden ones keep their samples until they are shown."""
+        self._begin_drawing()
+        while self._undrawn:
+            self._draw_next()
+
+    def _begin_drawing(self) -> None:
         self._since_drawn.start()
+        self._drawing_ns = 0
         self._dirty = False
-        ages = self._ages()
-        for key in self.shown_keys:
-            self._parts[key].draw()
-        for plot in self._trace_plots.values():
-            plot.mark(ages)
-        self._rest_ms = min(max(REDRAW_MS, round(REST * self._since_drawn.elapsed())), MAX_REST_MS)
+        self._undrawn = list(self.shown_keys)
+
+    def _draw_next(self) -> None:
+        key = self._undrawn.pop(0)
+        began = self._since_drawn.nsecsElapsed()
+        self._parts[key].draw()
+        if key in self._trace_plots:
+            self._trace_plots[key].mark(self._ages())
+        self._drawing_ns += self._since_drawn.nsecsElapsed() - began
+        self._rest_ms = min(max(REDRAW_MS, round(REST * 1e-6 * self._drawing_ns)), MAX_REST_MS)
 
     def _on_age_clicked(self, age: float) -> None:
         if self._latest is not None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
 
@@ -11,6 +13,7 @@ from tactile_maps.core.timing import Timings
 from tactile_maps.geometry.surface.mesh import SurfacePoint
 from tactile_widgets.plots.traces.history import (
     LIMIT_SHOWN_FOR,
+    ContactHistory,
     EventHistory,
     LimitHistory,
     SampleHistory,
@@ -20,6 +23,7 @@ from tactile_widgets.plots.traces.history import (
     VectorHistory,
     stage_times,
 )
+from tests.support.cost import cost_of
 
 AT = SurfacePoint(0, 0, (1.0, 0.0, 0.0))
 
@@ -78,24 +82,42 @@ def test_empty_and_cleared_histories_have_empty_series():
     assert len(history.series("force")[0]) == 0
 
 
-def test_series_without_recent_values_are_dropped():
-    history = SampleHistory(seconds=2.0)
+def test_contact_is_dropped_when_its_last_sample_is_too_old():
+    history = ContactHistory(seconds=2.0)
     for k in range(30):
-        history.add(0.125 * k, {"all": 1.0} | ({"short": 2.0} if k < 5 else {}))
-        assert history.forget_silent() == (("short",) if k == 21 else ())
-    assert history.names == ("all",)
+        history.add(0.125 * k, {"lasting": 1.0} | ({"short": 2.0} if k < 5 else {}))
+        assert history.names == (("lasting", "short") if k <= 20 else ("lasting",))
+    ages, forces = history.series("lasting")
+    assert ages.tolist() == [-2.0 + 0.125 * k for k in range(17)]
+    assert (forces == 1.0).all()
+    assert len(history.series("short")[0]) == 0
 
 
-def test_remaining_series_keep_their_samples_and_a_returning_one_is_new():
-    history = SampleHistory(seconds=2.0)
-    for k in range(30):
-        history.add(0.125 * k, {"short": -1.0} if k < 5 else {"later": 1.0 * k} | ({"short": -2.0} if k == 29 else {}))
-        history.forget_silent()
-    assert history.names == ("later", "short")
-    assert history.series("later")[1].tolist() == list(range(13, 30))
-    _, short = history.series("short")
-    assert np.isnan(short[:-1]).all()
-    assert short[-1] == -2.0
+def test_contact_that_was_absent_has_a_gap_and_its_age_is_that_of_its_samples():
+    history = ContactHistory(seconds=2.0)
+    for k in range(5):
+        history.add(0.25 * k, {"short": 1.0 * k} if k in (0, 1, 4) else {})
+        ages, forces = history.series("short")
+        if k == 3:
+            assert ages.tolist() == [-0.75, -0.5, -0.5]
+            np.testing.assert_array_equal(forces, [0.0, 1.0, np.nan])
+    ages, forces = history.series("short")
+    assert ages.tolist() == [-1.0, -0.75, -0.25, 0.0]
+    np.testing.assert_array_equal(forces, [0.0, 1.0, np.nan, 4.0])
+
+
+@pytest.mark.parametrize("time", [0.0, 3.5])
+def test_contacts_start_again_when_time_jumps(time):
+    history = ContactHistory(seconds=2.0)
+    history.add(1.0, {"before": 1.0})
+    history.add(time, {"after": 1.0})
+    assert history.names == ("after",)
+
+
+def test_sample_of_a_contact_costs_the_same_after_hundreds_of_short_contacts():
+    history = ContactHistory(seconds=10.0)
+    cost = [cost_of(partial(history.add, 0.02 * k, {str(k): 1.0})).steps for k in range(400)]
+    assert cost[-1] <= cost[10]
 
 
 def test_merging_samples_ignores_missing_values():

@@ -15,7 +15,13 @@ from PySide6.QtWidgets import QApplication, QLabel, QPushButton
 
 from tactile_widgets.common.colours import DARK
 from tactile_widgets.common.tool_kinds import SelectionMode
-from tactile_widgets.document.taxel_selection import TAXEL_COLOURS, SelectionUpdate, TaxelSelection, region_colour
+from tactile_widgets.document.taxel_selection import (
+    REGION_COLOURS,
+    TAXEL_COLOURS,
+    SelectionUpdate,
+    TaxelSelection,
+    region_colour,
+)
 from tactile_widgets.panels.touch.contacts_panel import ContactsPanel
 from tactile_widgets.plots.live_plots import LivePlots
 from tactile_widgets.plots.traces.trace_plots import TracePlot, legend_entry
@@ -242,6 +248,20 @@ def test_traces_are_removed_after_thousands_of_touches(plots, prepared):
     redraw(plots)
     item = plots.findChildren(pg.PlotWidget)[0].getPlotItem()
     assert len(item.listDataItems()) <= 23, "the last ten seconds' twenty-one, and all together"
+
+
+def test_contacts_of_one_colour_are_one_curve_with_a_gap(plots, prepared):
+    other = 3 + len(REGION_COLOURS)
+    for k, number in enumerate((3, 3, other, other)):
+        plots.show_frame(ids(touched(prepared.map, [NEAR], tick=k, time=0.25 * k, kilopascals=1.0 + k), number))
+    redraw(plots)
+    curve = curves(plots, 0)[region_colour(3)]
+    assert curve.xData[[0, 1, -2, -1]].tolist() == [-0.75, -0.5, -0.25, 0.0]
+    total = curves(plots, 0)[QColor(DARK.text).name()].yData
+    assert curve.yData[np.isfinite(curve.yData)].tolist() == total.tolist()
+    assert np.isnan(curve.yData[2:-2]).all()
+    assert len(curve.yData) > 4
+    assert len(plots.findChildren(pg.PlotWidget)[0].getPlotItem().listDataItems()) == len(REGION_COLOURS) + 3
 
 
 def test_new_contacts_use_the_curves_of_old_ones_and_leave_the_axes(plots, prepared, monkeypatch):

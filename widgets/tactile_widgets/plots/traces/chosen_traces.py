@@ -51,7 +51,7 @@ class SourcedTrace:
         self._name = name
         self._source = source
         self._signed = signed
-        self._line = plot.plot.plot(connect="finite")
+        self._line = plot.add_curve(connect="finite")
         self._bounds = [pg.InfiniteLine(angle=0, movable=False) for _ in range(2)]
         for bound in self._bounds:
             plot.plot.addItem(bound, ignoreBounds=True)
@@ -112,7 +112,7 @@ class StageAreas:
         self._plot = plot
         self._stages = stages
         self._theme = theme
-        self._areas: dict[str, pg.PlotDataItem] = {}
+        self._areas: dict[str, pg.PlotCurveItem] = {}
 
     def set_theme(self, theme: Theme) -> None:
         """Apply a theme."""
@@ -131,7 +131,7 @@ class StageAreas:
         total = np.zeros(1)
         for index, name in enumerate(self._stages.names):
             if name not in self._areas:
-                self._areas[name] = self._plot.plot.plot(pen=None, fillLevel=0, brush=_stage_colour(index))
+                self._areas[name] = self._plot.add_curve(pen=None, fillLevel=0, brush=_stage_colour(index))
                 self._areas[name].setZValue(-index)
             ages, ms = self._stages.series(name)
             total = total + np.nan_to_num(ms)

@@ -9,7 +9,6 @@ settings. ``VectorHistory`` stores a vector such as the posture. ``stage_times``
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import isfinite
 from typing import NamedTuple
 
 import numpy as np
@@ -35,14 +34,13 @@ class SampleHistory:
 
     def __init__(self, *, seconds: float = 10.0, capacity: int = 2048) -> None:
         self.seconds = seconds
-        self._samples = VectorHistory(seconds=seconds, capacity=capacity)
-        # Time at which each series was added or last had a finite value [s], in the order of the samples' columns.
-        self._last_value: dict[str, float] = {}
+        self._capacity = capacity
+        self.clear()
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the series, in the order of their first sample."""
-        return tuple(self._last_value)
+        return tuple(self._names)
 
     @property
     def latest(self) -> float | None:
@@ -51,9 +49,8 @@ class SampleHistory:
 
     def clear(self) -> None:
         """Discard all samples and series."""
-        self._last_value = {}
-        self._samples.keep(())
-        self._samples.clear()
+        self._names: list[str] = []  # in the order of the samples' columns
+        self._samples = VectorHistory(seconds=self.seconds, capacity=self._capacity)
 
     def add(self, time: float, values: dict[str, float]) -> None:
         """Store ``values`` at ``time`` [s]; time that runs backwards or jumps ahead starts a new history.
@@ -63,29 +60,71 @@ class SampleHistory:
         latest = self.latest
         if latest is not None and not 0 <= time - latest <= self.seconds:
             self.clear()
-        if new := values.keys() - self._last_value.keys():
-            self._last_value |= {name: time for name in values if name in new}
-            self._samples.widen(len(self._last_value))
-        self._last_value |= {name: time for name, value in values.items() if isfinite(value)}
-        self._samples.add(time, np.array([values.get(name, np.nan) for name in self._last_value]))
+        if new := [name for name in values if name not in self._names]:
+            self._names += new
+            self._samples.widen(len(self._names))
+        self._samples.add(time, np.array([values.get(name, np.nan) for name in self._names]))
 
     def series(self, name: str) -> tuple[FloatArray, FloatArray]:
         """Return ages (k,) [s], rising to 0 at the newest sample, and values (k,) of the last ``seconds``."""
-        if name not in self._last_value:
+        if name not in self._names:
             return np.zeros(0), np.zeros(0)
-        return self._samples.series(self.names.index(name))
+        return self._samples.series(self._names.index(name))
 
-    def forget_silent(self) -> tuple[str, ...]:
-        """Drop series without a value in the last ``seconds``; return their names. Cost: 0.1 µs per series."""
-        latest = self.latest
-        silent = tuple(
-            name for name, last in self._last_value.items() if latest is not None and latest - last > self.seconds
-        )
-        if silent:
-            self._samples.keep([number for number, name in enumerate(self._last_value) if name not in silent])
-            for name in silent:
-                del self._last_value[name]
-        return silent
+
+class ContactHistory:
+    """Forces of contacts, each from its first sample to its last. Mutable: ``add`` and ``clear``.
+
+    A contact is dropped ``seconds`` after its last sample. Contacts that have ended take no time, unlike series of a
+    ``SampleHistory``: hundreds of short touches may be kept.
+
+    Args:
+        seconds: Duration of the history [s].
+    """
+
+    def __init__(self, *, seconds: float = 10.0) -> None:
+        self.seconds = seconds
+        self.clear()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the contacts, in the order of their first sample."""
+        return tuple(self._contacts)
+
+    def clear(self) -> None:
+        """Discard all contacts."""
+        self._contacts: dict[str, VectorHistory] = {}
+        self._present: tuple[str, ...] = ()
+        self._ended: dict[str, float] = {}  # time of the last sample of each absent contact [s], rising
+        self._latest = -np.inf
+
+    def add(self, time: float, forces: dict[str, float]) -> None:
+        """Store ``forces`` at ``time`` [s]; time that runs backwards or jumps ahead starts a new history."""
+        if not 0 <= time - self._latest <= self.seconds:
+            self.clear()
+        self._ended |= {name: self._latest for name in self._present if name not in forces}
+        while self._ended and time - next(iter(self._ended.values())) > self.seconds:
+            name = next(iter(self._ended))
+            del self._ended[name], self._contacts[name]
+        for name, force in forces.items():
+            if name not in self._contacts:
+                self._contacts[name] = VectorHistory(seconds=self.seconds)
+            if self._ended.pop(name, None) is not None:
+                self._contacts[name].add(self._latest, np.array([np.nan]))  # a gap
+            self._contacts[name].add(time, np.array([force]))
+        self._present = tuple(forces)
+        self._latest = time
+
+    def series(self, name: str) -> tuple[FloatArray, FloatArray]:
+        """Return ages (k,) [s] and forces (k,) of a contact in the last ``seconds``, NaN where it was absent."""
+        if name not in self._contacts:
+            return np.zeros(0), np.zeros(0)
+        ages, forces = self._contacts[name].series(0)
+        if name in self._ended:
+            ages = np.append(ages, 0.0) + self._ended[name] - self._latest
+            forces = np.append(forces, np.nan)
+        kept = ages >= -self.seconds
+        return ages[kept], forces[kept]
 
 
 class TaxelHistory:
@@ -213,10 +252,6 @@ class VectorHistory:
         before = self._values
         self._values = np.full((len(before), size), np.nan)
         self._values[:, : before.shape[1]] = before
-
-    def keep(self, numbers: Sequence[int]) -> None:
-        """Keep only these components of the vector, in this order."""
-        self._values = self._values[:, np.asarray(numbers, int)]
 
     def add(self, time: float, values: FloatArray) -> None:
         """Store ``values`` (n,) at ``time`` [s]; another n, or time that jumps, starts a new history. Cost: 10 µs."""
