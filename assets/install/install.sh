@@ -9,6 +9,7 @@ cd "$(dirname "$0")/../.."
 extras="robots"
 lists="assets/install/debian-packages.txt"
 editable=""
+size="1.5 GB"
 for option in "$@"; do
     case "$option" in
     --tests)
@@ -18,6 +19,7 @@ for option in "$@"; do
         ;;
     --all-extras)
         extras="$extras,menagerie,xacro,live,pyarrow,ros,export,rerun,learning,cluster"
+        size="2.4 GB"
         ;;
     *)
         echo "usage: sh assets/install/install.sh [--all-extras] [--tests]" >&2
@@ -55,7 +57,7 @@ if [ ! -x .venv/bin/python ] && [ ! -x .venv/Scripts/python.exe ]; then
 fi
 executables=.venv/bin
 [ -x "$executables/python" ] || executables=.venv/Scripts
-echo "Installing Python packages into .venv (about 1.5 GB, mostly VTK and Qt)"
+echo "Installing Python packages into .venv (about $size, mostly VTK and Qt)"
 "$executables/python" -m pip install --quiet --disable-pip-version-check \
     --constraint assets/install/constraints.txt $editable ".[$extras]"
 echo "Installed. Start it with: $executables/tactile-maps"

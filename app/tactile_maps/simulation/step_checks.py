@@ -135,7 +135,7 @@ class DivergenceGuard:
             "the simulation diverged",
             place=f"joint {plain_name(joint.name)} at {time:.3f} s",
             value=f"position {position:.3g}, velocity {velocity:.3g} a second, energy before {self._energy():.3g} J",
-            remedy="Reset; use softer gains, a softer finger or a smaller time step",
+            remedy="Use softer gains, a softer finger or a smaller time step",
         )
 
     def _energy(self) -> float:
@@ -168,7 +168,7 @@ def check_command(robot: Robot, command: ImpedanceCommand) -> None:
                     "the controller's output is not finite",
                     place=f"joint {joint.name}",
                     value=f"{name} {value}",
-                    remedy="Reset; check the controller's inputs and gains",
+                    remedy="Check the controller's inputs and gains",
                 )
 
 
