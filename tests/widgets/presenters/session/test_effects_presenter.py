@@ -166,6 +166,10 @@ def test_replay_shows_its_effects_and_accepts_no_choice(window, panel, tmp_path)
     assert panel.lines["noise"].words[1] == "on"
     assert panel.lines["friction"].words[1] == "off"
     assert not panel.lines["noise"].box.isEnabled()
+    shown = window.presenters.effects.scene
+    window.presenters.effects.choose("fingers", "off")
+    panel.auto_all_requested.emit()
+    assert window.presenters.effects.scene is shown
     window.live.replay.seek(window.live.replay.player.duration)
     assert panel.lines["friction"].words[1] == "on"
     window.live.replay.leave()

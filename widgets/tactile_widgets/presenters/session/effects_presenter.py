@@ -107,8 +107,8 @@ class EffectsPresenter(Presenter):
     # Choices.
 
     def choose(self, key: str, value: Override) -> None:
-        """Choose an effect; ``auto`` for the needs of the scene."""
-        if self.scene is None:
+        """Choose an effect, ``auto`` for the needs of the scene; those of a recording cannot change."""
+        if self.scene is None or self._session.shown_run is None:
             return
         try:
             scene = with_override(self.scene, key, value)
@@ -141,8 +141,8 @@ class EffectsPresenter(Presenter):
 
     def _use(self, scene: Scene) -> None:
         """Apply the effects of a scene from the next tick; a change of the reasons alone is only shown."""
-        run = self._session.shown_run
-        assert run is not None
+        if (run := self._session.shown_run) is None:
+            return
         self._notifier.succeed("change effects")
         self._chosen[scene.effects] = scene
         if scene.effects != run.settings.effects:
