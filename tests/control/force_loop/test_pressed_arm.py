@@ -58,8 +58,8 @@ def test_limit_agrees_with_the_eigenvalues_of_the_loop(controller, averaged):
     tick = 0.005
     servo = 40.0
     stiffness = 5e3
-    whole = np.array([[0, 1, 0], [-(servo**2) - stiffness, -2 * servo, servo**2], [0, 0, 0]])
-    loop = ForceLoop.of_rates(tick, whole, stiffness, np.ones(1), np.ones(1), averaged=averaged)
+    one = np.ones(1)
+    loop = ForceLoop.of_joints(tick, np.eye(1), servo**2 * one, 2 * servo * one, stiffness, one, one, averaged=averaged)
     filter_ = Filter(0.0, controller.integral_time, controller.position_gain, controller.inertia_time)
     found = slide(servo, stiffness).gain_limit(controller, SensorTiming(tick, averaged=averaged), tick)
     explained = stability_limit(lambda gain: loop.stable(replace(filter_, gain=gain)), found)

@@ -18,6 +18,7 @@ from tactile_maps.studies.loop_laws.gantry import gantry
 from tactile_maps.studies.testbeds.fixed_ball import BALL, with_fixed_ball
 from tactile_maps.studies.testbeds.force_loop import (
     Filter,
+    ForceLoop,
     contact_stiffness,
     controller_filter,
     force_loop_at_goal,
@@ -87,6 +88,28 @@ def test_controller_equals_its_linear_filter():
     assert controller_filter(replace(CALM, controller="parallel")) == Filter(
         0.002, 0.3, position_gain=4.0, inertia_time=0.05
     )
+
+
+@pytest.mark.parametrize("relaxation", [0.0, 1e-3])
+def test_damping_of_the_layer_raises_the_gain_limit_as_by_routh(relaxation):
+    """s (s² + a s + b) + g k w² (1 + T s) of a unit mass, with a = 2 w + k T and b = w² + k."""
+    servo = 40.0
+    stiffness = 5e3
+    one = np.ones(1)
+    made = ForceLoop.of_joints(
+        1e-4,
+        np.eye(1),
+        servo**2 * one,
+        2 * servo * one,
+        stiffness,
+        one,
+        one,
+        averaged=False,
+        relaxation=relaxation,
+    )
+    damping = 2 * servo + stiffness * relaxation
+    limit = damping * (servo**2 + stiffness) / (stiffness * servo**2 * (1 - relaxation * damping))
+    assert predicted_gain_limit(made, replace(CALM, integral_time=np.inf)) == pytest.approx(limit, rel=0.01)
 
 
 @pytest.mark.long

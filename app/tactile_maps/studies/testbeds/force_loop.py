@@ -1,7 +1,7 @@
 """Force loop of a whole robot in contact: all joints, their coupled inertia, and the posture loop.
 
 The theory of sampled loops omits these properties of an arm: coupled joints, a posture loop whose stiffness ignores the
-coupling, and the stiffness of the pressed layer at the goal.
+coupling, and the stiffness and damping of the pressed layer at the goal.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from tactile_maps.robots.model.mujoco_spec import compile_spec, robot_spec
 from tactile_maps.session.session import Session
 from tactile_maps.simulation.physics import Physics
 from tactile_maps.studies.testbeds.path_following import PathSetup
-from tactile_maps.tactile.models.foundation import FoundationModel
+from tactile_maps.tactile.models.foundation import RELAXATION, FoundationModel
 
 REST = 1.5
 """Time for the force to settle [s]."""
@@ -95,7 +95,7 @@ class ForceLoop:
         stiffness: Stiffness of the contact at the goal [N/m].
         push: (n,) joint velocity that moves the contact point outward at 1 m/s, without lateral motion.
         outward: (n,) outward motion of the point per joint offset [m/rad].
-        shown: (3 n,) outward motion that the reading at the end of a tick shows, per state at its start.
+        shown: (3 n,) force of the reading at the end of a tick over the stiffness [m], per state at its start.
     """
 
     tick: float
@@ -106,27 +106,45 @@ class ForceLoop:
     shown: FloatArray
 
     @staticmethod
-    def of_rates(
-        tick: float, rates: FloatArray, stiffness: float, push: FloatArray, outward: FloatArray, *, averaged: bool
+    def of_joints(
+        tick: float,
+        inertia: FloatArray,
+        servo: FloatArray,
+        damping: FloatArray,
+        stiffness: float,
+        push: FloatArray,
+        outward: FloatArray,
+        *,
+        averaged: bool,
+        relaxation: float = 0.0,
     ) -> ForceLoop:
-        """Return the loop of a plant with the state matrix ``rates`` (3 n, 3 n) [1/s].
+        """Return the loop of joints under servos, with a point that presses on a layer.
 
         Args:
             tick: Period of the loop [s].
-            rates: Change of joint offsets, their speeds and the target posture.
+            inertia: (n, n) mass matrix.
+            servo: (n,) stiffness of the servos.
+            damping: (n,) damping of the servos and of the joints themselves.
             stiffness: See the attributes.
             push: See the attributes.
             outward: See the attributes.
             averaged: Whether a reading is the mean over the tick instead of the value at its end.
+            relaxation: Damping over stiffness of the layer [s]; its force is that of  depth + relaxation * speed.
         """
-        size = len(rates)
+        n = len(push)
+        size = 3 * n
+        layer = stiffness * np.outer(outward, outward)
+        held = np.diag(servo)
         block = np.zeros((2 * size, 2 * size))
-        block[:size, :size] = rates
+        block[:n, n : 2 * n] = np.eye(n)
+        forces = [-held - layer, -np.diag(damping) - relaxation * layer, held]
+        block[n : 2 * n, :size] = np.linalg.solve(inertia, np.hstack(forces))
         block[:size, size:] = np.eye(size)
         over_tick = expm(tick * block)  # the upper right block is the integral over the tick (Van Loan 1978)
         moved = over_tick[:size, :size]
         reading = over_tick[:size, size:] / tick if averaged else moved
-        return ForceLoop(tick, moved, stiffness, push, outward, outward @ reading[: len(outward)])
+        shown = outward @ reading[:n] + relaxation * outward @ reading[n : 2 * n]
+        return ForceLoop(tick, moved, stiffness, push, outward, shown)
 
     def stable(self, controller: Filter) -> bool:
         """Whether force errors decay under a controller; offsets that cause no force may remain."""
@@ -170,14 +188,17 @@ def force_loop_at_goal(setup: PathSetup, settings: ControlSettings) -> ForceLoop
     push = np.linalg.pinv(move, rcond=1e-6) @ normal
     stiffness = contact_stiffness(setup, session.frame.posture, push)
     inertia, damping = _dynamics(setup, session.frame.posture)
-    n = len(push)
-    whole = np.zeros((3 * n, 3 * n))
-    whole[:n, n : 2 * n] = np.eye(n)
-    held = np.diag(servo.stiffness)
-    forces = [-held - stiffness * np.outer(outward, outward), -np.diag(servo.damping + damping), held]
-    whole[n : 2 * n] = np.linalg.solve(inertia, np.hstack(forces))
-    averaged = setup.effects.time_averaging
-    return ForceLoop.of_rates(setup.prepared.scene.tick, whole, stiffness, push, outward, averaged=averaged)
+    return ForceLoop.of_joints(
+        setup.prepared.scene.tick,
+        inertia,
+        servo.stiffness,
+        servo.damping + damping,
+        stiffness,
+        push,
+        outward,
+        averaged=setup.effects.time_averaging,
+        relaxation=RELAXATION if setup.effects.skin == "foundation" else 0.0,
+    )
 
 
 def contact_stiffness(setup: PathSetup, posture: FloatArray, push: FloatArray) -> float:
