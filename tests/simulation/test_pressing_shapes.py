@@ -8,10 +8,10 @@ import pytest
 
 from tactile_maps.geometry.surface.mesh import Mesh
 from tactile_maps.scene.effects import Effects
-from tactile_maps.simulation.model.collision_shapes import excluded_pairs
 from tactile_maps.simulation.model.model_assembly import assemble
 from tactile_maps.simulation.model.object_geoms import has_body
 from tactile_maps.simulation.pressing_shapes import Solids, contact_candidates
+from tactile_maps.skin.collision_shapes import excluded_pairs
 from tactile_maps.skin.link_hulls import skinned_links
 from tactile_maps.tactile.mechanics.loads import Box, Cylinder, MeshShape, Plane, Sphere
 from tests.support.scene_objects import every_kind, thing

@@ -21,10 +21,10 @@ from tactile_maps.robots.model.build import geom_triangles
 from tactile_maps.robots.model.robot import Robot
 from tactile_maps.scene.effects import Effects
 from tactile_maps.scene.objects import SceneObject
-from tactile_maps.simulation.model.collision_shapes import excluded_pairs
 from tactile_maps.simulation.model.contact_pairs import allows_self_contact
 from tactile_maps.simulation.model.model_names import body_name
 from tactile_maps.simulation.model.object_geoms import has_body
+from tactile_maps.skin.collision_shapes import excluded_pairs
 from tactile_maps.skin.link_hulls import hull_name, skinned_links
 from tactile_maps.skin.link_pieces import PIECE_DEPTH, link_pieces
 from tactile_maps.skin.model.skin import Skin

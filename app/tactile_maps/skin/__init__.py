@@ -9,6 +9,7 @@
 ``formats``            taxels in files of other programs
 ``link_hulls``         convex hulls of links with their skin, and pairs that overlap
 ``link_pieces``        convex pieces for links whose hull would cover hollows of their skin
+``collision_shapes``   shapes with which links collide, hull or pieces, and pairs of links that never collide
 ``controllable``       share of a skin on which contact forces can be controlled
 ``calibration_error``  a skin with errors of calibration
 """

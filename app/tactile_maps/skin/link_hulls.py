@@ -1,6 +1,7 @@
 """Convex hulls of links with their skin, and the pairs of links whose hulls overlap.
 
-A link collides as its hull unless the hull spans hollows (``link_pieces``). Planned motions use hulls for all links.
+A link collides as its hull unless the hull spans hollows (``link_pieces``). Planned motions use hulls except between
+links whose hulls overlap at home.
 """
 
 from __future__ import annotations

@@ -7,11 +7,20 @@ from functools import cache
 import numpy as np
 import pytest
 
-from tactile_maps.control.path_following.clearance import FAR, MARGIN, SLACK, TOUCHED, Clearance, Obstacle
+from tactile_maps.control.path_following.clearance import (
+    CLOSE_MARGIN,
+    FAR,
+    MARGIN,
+    SLACK,
+    TOUCHED,
+    Clearance,
+    Obstacle,
+)
 from tactile_maps.geometry.surface.pose import Pose
 from tactile_maps.robots.kinematics import Configuration
+from tactile_maps.skin.link_hulls import overlapping_hulls
 from tactile_maps.tactile.mechanics.loads import Box, Cylinder, Plane, Sphere
-from tests.support.hollows import BOWL_DEPTH, hollow
+from tests.support.hollows import BOWL_DEPTH, bowl_and_ball, hollow
 from tests.support.touch import arm, pair
 
 EYE = np.eye(3)
@@ -125,6 +134,41 @@ def test_place_in_a_bowl_is_touched_on_the_skin():
     clearance = Clearance(robot, skin)
     bottom = np.array([0.0, 0.0, -BOWL_DEPTH])
     assert clearance.on_hull("block", bottom, UP) == pytest.approx(bottom)
+
+
+BALL_RADIUS = 0.02
+PIECES_ERROR = 6e-4
+"""Error of the pieces of the bowl, and of the mesh of the ball [m]."""
+
+
+def in_bowl(height: float) -> Clearance:
+    """A ball at this height above the rim of a bowl, and its hull in that of the bowl; touched far away."""
+    robot, skin = bowl_and_ball(height)
+    assert frozenset(("block", "ball")) in overlapping_hulls(robot, skin)[1]
+    clearance = Clearance(robot, skin)
+    clearance.begin(np.zeros(1), (), "block", np.array([0.0, 0.0, 5.0]), UP)
+    return clearance
+
+
+@pytest.mark.parametrize(
+    ("height", "required"), [(0.015, MARGIN), (0.005, CLOSE_MARGIN)], ids=["far apart at home", "close at home"]
+)
+def test_links_whose_hulls_overlap_at_home_are_checked_by_their_pieces(height, required):
+    clearance = in_bowl(height)
+    apart = height + BOWL_DEPTH - BALL_RADIUS
+    assert clearance.at(np.zeros(1)).room > 0
+    for near in (0.5 * required, -0.003):
+        gap = clearance.at(np.array([near - apart]))
+        assert set(gap.between) == {"block", "ball"}
+        assert gap.room == pytest.approx(near - required, abs=PIECES_ERROR)
+
+
+def test_links_whose_pieces_touch_at_home_are_not_checked():
+    robot, skin = bowl_and_ball(-0.004)
+    post = at("post", Sphere(0.02), 0.2, 0.0, 0.0)
+    clearance = Clearance(robot, skin, (post,))
+    clearance.begin(np.zeros(1), (post,), "block", np.array([0.0, 0.0, 5.0]), UP)
+    assert clearance.at(np.array([-0.03])).room > 0
 
 
 def test_clearance_is_kept_between_two_checked_postures():

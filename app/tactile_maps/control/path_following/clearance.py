@@ -1,19 +1,20 @@
 """Distances of the robot's shapes from each other and from obstacles, at a posture and along a motion.
 
 The shapes are the convex hulls of links with skin, and the collision shapes of the other links. A link that collides in
-pieces is inside its hull, so its true distance is at least the one reported here. Pairs of links that never collide,
-and
-pairs whose hulls overlap at home, are not considered: a planned motion may let these touch, and then contact stops it.
-Bounding spheres exclude most pairs; ``mj_geomDistance`` measures the rest.
+pieces is inside its hull, so its true distance is at least the one reported here. Where the hulls of two links overlap
+at home but the shapes with which they collide do not, their distance is that of these shapes (``_Pieces``). Links
+that never collide in the simulation are not checked against each other. Bounding spheres exclude most pairs;
+``mj_geomDistance`` measures the rest.
 
-Decision: hulls, because a plan checks thousands of postures. With the pieces of the simulation a posture of UR5e has
-1,145 pairs of shapes instead of 13 and takes 0.49 ms instead of 0.04, and one of iCub 102,214 pairs instead of 45 and
-15.7 ms instead of 0.11.
+Decision: hulls where possible, because a plan checks thousands of postures. With the pieces of the simulation a posture
+of UR5e has 1,145 pairs of shapes instead of 13 and takes 0.49 ms instead of 0.04, and one of iCub 102,214 pairs instead
+of 45 and 15.7 ms instead of 0.11.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from copy import copy
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import TypeAlias, assert_never
@@ -21,11 +22,12 @@ from typing import TypeAlias, assert_never
 import mujoco
 import numpy as np
 
-from tactile_maps.core.arrays import BoolArray, FloatArray
+from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray
 from tactile_maps.geometry.surface.mesh import Mesh
 from tactile_maps.geometry.surface.pose import Pose
 from tactile_maps.robots.model.mujoco_spec import OWN_NAMES, compile_spec
 from tactile_maps.robots.model.robot import Robot
+from tactile_maps.skin.collision_shapes import excluded_pairs, pieces_model
 from tactile_maps.skin.link_hulls import hulls_spec, overlapping_hulls
 from tactile_maps.skin.link_pieces import spans_hollows
 from tactile_maps.skin.model.skin import Skin
@@ -39,6 +41,11 @@ SLACK = 0.001
 """Distance by which shapes may come nearer than at the start [m]."""
 FAR = 0.12
 """Largest distance that is measured [m]."""
+CLOSE_MARGIN = 0.001
+"""Required distance between links that collide in pieces and are nearer than ``MARGIN`` at home [m]: that by which
+pieces may protrude from the links. The joints between such links keep them apart."""
+_PIECES_FAR = 0.002
+"""Distance in excess of the required one up to which links are measured in pieces [m]; the cost grows with it."""
 TOUCHES = 0.005
 """Distance from the touched link [m] within which an obstacle may be the touching object."""
 TOUCHED = "the touched object"
@@ -101,8 +108,12 @@ class Clearance:
     Raises:
         RobotError: MuJoCo rejects the model.
 
-    Cost: 0.1 to 0.3 s to build (convex hulls of all links, and ``overlapping_hulls`` if it was not called before), a
-    few ms if the same shapes were built recently; 20 to 60 µs a posture.
+    Attributes:
+        cost: Usual time of checking a posture, over that of a robot without pairs of links in pieces.
+
+    Cost: 0.1 to 0.3 s to build (convex hulls of all links, and ``excluded_pairs`` if it was not called before), a few
+    ms if the same shapes were built recently; 20 to 60 µs a posture. With pairs in pieces, as on iCub, 0.7 s to
+    build and 0.7 ms a posture.
     """
 
     def __init__(self, robot: Robot, skin: Skin, obstacles: Sequence[Obstacle] = ()) -> None:
@@ -120,14 +131,25 @@ class Clearance:
         self._robot = robot
         self._skin = skin
         self._hollow: dict[str, bool] = {}
-        self._pairs = self._meetings(frozenset().union(*overlapping_hulls(robot, skin)))
+        apart = excluded_pairs(robot, skin)
+        self._pairs = self._meetings(apart)
         self._bodies = model.geom_bodyid[self._pairs]
+        divided = overlapping_hulls(robot, skin)[1] - apart
+        self._pieces = _Pieces(robot, skin) if divided else None
+        self.cost = 5 if divided else 1
+        self._in_pieces = np.array(
+            [frozenset((self._names[one], self._names[other])) in divided for one, other in self._bodies], dtype=bool
+        )
         self._radii = model.geom_rbound[self._pairs].sum(axis=1)
-        self._required = np.full(len(self._pairs), MARGIN)
+        self._margins = np.full(len(self._pairs), MARGIN)
+        self._move(robot.home)
+        self._margins[self._in_pieces & (self._distances() < MARGIN)] = CLOSE_MARGIN
+        self._required = self._margins
         self._touched = self._room
         self._allowed = self._required
         self._near = self._required
         self._exempt = self._with_touched = np.zeros(len(self._pairs), dtype=bool)
+        self._checked: list[IntArray] = []
         self._weights = _joint_reaches(model, first)[: self._joints]
 
     @property
@@ -157,7 +179,7 @@ class Clearance:
             self._put(self._room, Pose(_upright(normal), place + (_ROOM.half + SLACK) * normal))
             self._move(posture)
         self._near = self._distances() - SLACK
-        self._required = np.minimum(MARGIN, self._near)
+        self._required = np.minimum(self._margins, self._near)
         self._with_touched = (self._bodies == self._touched).any(axis=1)
         self._required[self._with_touched & self._of(link)] = MARGIN
         self.meeting(None)
@@ -205,7 +227,8 @@ class Clearance:
     def distance(self, posture: FloatArray, one: str, other: str) -> float:
         """Return the distance of two links or obstacles at a posture (n,) [m], at most ``FAR``; negative overlaps."""
         self._move(posture)
-        return float(self._distances()[self._of(one) & self._of(other)].min(initial=FAR))
+        between = np.flatnonzero(self._of(one) & self._of(other))
+        return float(self._distances(between).min(initial=FAR))
 
     def _of(self, name: str | None) -> BoolArray:
         """Return the pairs (pairs,) that contain a link or obstacle; none for None."""
@@ -224,11 +247,17 @@ class Clearance:
         near_touched = self._with_touched & (link is not None)
         self._allowed = np.where(near_touched, np.minimum(self._required, TOUCHED_MARGIN), self._required)
         self._allowed[own] = self._near[own]
+        kinds = (~self._in_pieces & ~self._exempt, self._in_pieces & ~self._exempt)  # pieces last: they take longer
+        self._checked = [np.flatnonzero(chosen) for chosen in kinds if chosen.any()]
 
     def at(self, posture: FloatArray) -> Gap:
         """Return the pair with the least room at a posture (n,)."""
         self._move(posture)
-        room = np.where(self._exempt, FAR, self._distances() - self._allowed)
+        room = np.full(len(self._pairs), FAR)
+        for chosen in self._checked:
+            room[chosen] = self._distances(chosen) - self._allowed[chosen]
+            if room.min(initial=FAR) < 0:
+                break
         worst = int(room.argmin())
         one, other = (self._names[body] for body in self._bodies[worst])
         return Gap(min(float(room[worst]), FAR), (one, other))
@@ -279,14 +308,54 @@ class Clearance:
         self._data.qpos[: self._joints] = posture
         mujoco.mj_kinematics(self._model, self._data)
 
-    def _distances(self) -> FloatArray:
-        """Return distances (pairs,) [m]; beyond ``FAR`` those of the bounding spheres."""
-        centres = self._data.geom_xpos[self._pairs]
-        apart: FloatArray = np.linalg.norm(centres[:, 0] - centres[:, 1], axis=1) - self._radii
-        for pair in np.flatnonzero(apart < FAR):
-            one, other = self._pairs[pair]
-            apart[pair] = mujoco.mj_geomDistance(self._model, self._data, one, other, FAR, None)
+    def _distances(self, pairs: IntArray | None = None) -> FloatArray:
+        """Return distances of pairs of shapes, or of all [m]; beyond ``FAR`` those of the bounding spheres."""
+        chosen = np.arange(len(self._pairs)) if pairs is None else pairs
+        shapes = self._pairs[chosen]
+        centres = self._data.geom_xpos[shapes]
+        apart: FloatArray = np.linalg.norm(centres[:, 0] - centres[:, 1], axis=1) - self._radii[chosen]
+        for place in np.flatnonzero(apart < FAR):
+            one, other = shapes[place]
+            apart[place] = mujoco.mj_geomDistance(self._model, self._data, one, other, FAR, None)
+        if self._pieces is not None:
+            farthest = self._margins[chosen] + _PIECES_FAR
+            near = np.flatnonzero(self._in_pieces[chosen] & (apart < farthest))
+            if len(near):
+                self._pieces.move(self._data.qpos[: self._joints])
+            for place in near:
+                one, other = self._bodies[chosen[place]]
+                apart[place] = self._pieces.distance(one, other, farthest[place])
         return apart
+
+
+class _Pieces:
+    """Distances of links by the shapes with which they collide: pieces, hulls and those of links without skin. Mutable.
+
+    MuJoCo's collision detection finds them, because bounding volumes exclude most pairs of pieces.
+
+    Args:
+        robot: The robot.
+        skin: Its skin.
+    """
+
+    def __init__(self, robot: Robot, skin: Skin) -> None:
+        self._model = copy(pieces_model(robot, skin))
+        self._data = mujoco.MjData(self._model)
+        self._solid = self._model.geom_contype != 0
+
+    def move(self, posture: FloatArray) -> None:
+        """Move the links to a posture (n,)."""
+        self._data.qpos[:] = posture
+        mujoco.mj_kinematics(self._model, self._data)
+
+    def distance(self, one: int, other: int, most: float) -> float:
+        """Return the distance of two bodies [m], at most ``most``; negative overlaps."""
+        model = self._model
+        model.geom_contype[:] = self._solid & (model.geom_bodyid == one)
+        model.geom_conaffinity[:] = self._solid & (model.geom_bodyid == other)
+        model.geom_margin[:] = most
+        mujoco.mj_collision(model, self._data)
+        return float(self._data.contact.dist.min(initial=most))
 
 
 @lru_cache(maxsize=4)

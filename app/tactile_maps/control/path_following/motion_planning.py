@@ -29,7 +29,7 @@ Steps = Generator[int, None, bool]
 
 
 def straight(clearance: Clearance, start: FloatArray, end: FloatArray, met: Counter[Pair]) -> Steps:
-    """Return whether the straight line of the joints is clear; yields the number of postures checked.
+    """Return whether the straight line of the joints is clear; yields the cost of each posture checked.
 
     Args:
         clearance: Clearance to be kept.
@@ -41,7 +41,7 @@ def straight(clearance: Clearance, start: FloatArray, end: FloatArray, met: Coun
         if gap.room < 0:
             met[gap.between] += 1
             return False
-        yield 1
+        yield clearance.cost
     return True
 
 

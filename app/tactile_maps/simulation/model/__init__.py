@@ -2,7 +2,6 @@
 
 ``model_assembly``     the compiled model
 ``object_geoms``       objects; ``model_names`` names what is added to the robot
-``collision_shapes``   convex shapes of links with skin, and pairs that never collide
 ``contact_pairs``      pairs of bodies that can touch
 ``contact_stiffness``  solver parameters from stiffness and friction of the cover
 ``contact_points``     corrections of MuJoCo's contact points between flat faces

@@ -19,10 +19,10 @@ from tactile_maps.robots.model.mujoco_spec import drop_found_exclusions
 from tactile_maps.robots.model.robot import Robot
 from tactile_maps.scene.effects import Effects
 from tactile_maps.scene.objects import ObjectSpec, SceneObject
-from tactile_maps.simulation.model.collision_shapes import add_collision_shapes, excluded_pairs
 from tactile_maps.simulation.model.contact_stiffness import SOLVER_IMPEDANCE
 from tactile_maps.simulation.model.model_names import body_name, is_hull, is_object, shape_name
 from tactile_maps.simulation.model.object_geoms import is_simulated
+from tactile_maps.skin.collision_shapes import add_collision_shapes, excluded_pairs
 from tactile_maps.skin.link_hulls import add_hull, skinned_links
 from tactile_maps.skin.link_pieces import piece_number
 from tactile_maps.skin.model.skin import Skin

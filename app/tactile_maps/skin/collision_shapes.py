@@ -48,10 +48,10 @@ def excluded_pairs(robot: Robot, skin: Skin) -> LinkPairs:
     Links overlap where their collision shapes touch, or where one is inside the surface of the other.
 
     Raises:
-        RobotError: MuJoCo refuses the robot with hulls around its skin.
+        RobotError: MuJoCo rejects the robot with hulls around its skin.
 
-    Cost: that of ``overlapping_hulls``; as much again, and the pieces of the links concerned, where overlapping hulls
-    span hollows.
+    Cost: that of ``overlapping_hulls``; as much again, and that of ``pieces_model``, where overlapping hulls span
+    hollows.
     """
     never, overlapping = overlapping_hulls(robot, skin)
     return never | _overlapping(robot, skin, overlapping)
@@ -59,16 +59,11 @@ def excluded_pairs(robot: Robot, skin: Skin) -> LinkPairs:
 
 def _overlapping(robot: Robot, skin: Skin, pairs: LinkPairs) -> LinkPairs:
     """Return those of the pairs of links with overlapping hulls whose collision shapes overlap as well."""
-    surfaces = {
-        link: pieces.surface
-        for link in skinned_links(skin)
-        if any(link in pair for pair in pairs) and (pieces := link_pieces(robot, skin, link)) is not None
-    }
-    doubtful = {pair for pair in pairs if not pair.isdisjoint(surfaces)}
+    surfaces = _divided_surfaces(robot, skin, pairs)
+    doubtful = _doubtful(pairs, surfaces)
     if not doubtful:
         return pairs
-    model = compile_spec(_shapes_spec(robot, skin, surfaces, frozenset[str]().union(*doubtful)), source=robot.source)
-    kept = {frozenset(pair) for pair in overlapping_bodies(model, robot.home)} & doubtful
+    kept = {frozenset(pair) for pair in overlapping_bodies(pieces_model(robot, skin), robot.home)} & doubtful
     home = Configuration(robot)
     for pair in doubtful - kept:
         for one, other in (sorted(pair), sorted(pair, reverse=True)):
@@ -77,8 +72,32 @@ def _overlapping(robot: Robot, skin: Skin, pairs: LinkPairs) -> LinkPairs:
     return pairs - doubtful | kept
 
 
-def _shapes_spec(robot: Robot, skin: Skin, divided: Collection[str], links: Collection[str]) -> mujoco.MjSpec:
-    """Return a spec of the robot alone in which only some links collide, those in ``divided`` in pieces."""
+def _divided_surfaces(robot: Robot, skin: Skin, pairs: LinkPairs) -> dict[str, Mesh]:
+    """Return the touchable surfaces of those links of the pairs that collide in pieces."""
+    links = frozenset[str]().union(*pairs)
+    divided = {link: link_pieces(robot, skin, link) for link in skinned_links(skin) if link in links}
+    return {link: pieces.surface for link, pieces in divided.items() if pieces is not None}
+
+
+def _doubtful(pairs: LinkPairs, divided: Collection[str]) -> LinkPairs:
+    """Return the pairs in which a link collides in pieces."""
+    return frozenset(pair for pair in pairs if not pair.isdisjoint(divided))
+
+
+@weak_cache
+def pieces_model(robot: Robot, skin: Skin) -> mujoco.MjModel:
+    """Return the robot with the collision shapes of those links that are in pairs with overlapping hulls and pieces.
+
+    It must not be modified. No other link collides, and the bodies are those of the robot.
+
+    Raises:
+        RobotError: MuJoCo rejects the robot with hulls around its skin.
+
+    Cost: 0.3 s for 1,200 pieces, and the pieces themselves if they were not made before.
+    """
+    _, pairs = overlapping_hulls(robot, skin)
+    divided = _divided_surfaces(robot, skin, pairs)
+    links = frozenset[str]().union(*_doubtful(pairs, divided))
     spec = hulls_spec(robot, skin)
     drop_found_exclusions(spec)
     for link in divided:
@@ -89,7 +108,7 @@ def _shapes_spec(robot: Robot, skin: Skin, divided: Collection[str], links: Coll
         if body.name not in links:
             for geom in body.geoms:
                 geom.contype = geom.conaffinity = 0
-    return spec
+    return compile_spec(spec, source=robot.source)
 
 
 def _holds(surface: Mesh, home: Configuration, link: str, other: str, points: FloatArray) -> bool:

@@ -11,8 +11,8 @@ import pytest
 from tactile_maps.geometry.surface.mesh import Mesh
 from tactile_maps.robots.model.mujoco_spec import TOUCHING
 from tactile_maps.scene.effects import Effects
-from tactile_maps.simulation.model.collision_shapes import excluded_pairs
 from tactile_maps.simulation.model.model_assembly import assemble
+from tactile_maps.skin.collision_shapes import excluded_pairs
 from tactile_maps.skin.link_hulls import overlapping_hulls
 from tests.support.hollows import bowl_and_ball
 from tests.support.touch import arm
