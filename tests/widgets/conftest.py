@@ -26,6 +26,7 @@ from tactile_maps.scene.scene import Scene
 from tactile_maps.scene.scene_file import load_scene
 from tactile_maps.session.prepare import PreparedScene
 from tactile_maps.session.prepared_cache import prepare_cached
+from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.document.map_editor import MapEditor
 from tactile_widgets.jobs.executor import InlineExecutor
 from tactile_widgets.jobs.scene_jobs import SceneJobs
@@ -148,6 +149,16 @@ def _write_into(folder: Path, patching: pytest.MonkeyPatch) -> None:
     patching.setattr(
         "tactile_widgets.presenters.maps.map_file_presenter.user_state_path", lambda *_args, **_kwargs: folder / "state"
     )
+
+
+@pytest.fixture
+def choose_file(monkeypatch):
+    """Function that lets a method of ``FileDialog`` return a path, as if the user had chosen it."""
+
+    def choose(method, path):
+        monkeypatch.setattr(FileDialog, method, lambda *_args: str(path))
+
+    return choose
 
 
 @pytest.fixture

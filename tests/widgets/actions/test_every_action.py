@@ -13,9 +13,8 @@ from pathlib import Path
 from typing import NamedTuple, get_args
 
 import pytest
-from PySide6.QtCore import QEvent, Qt
+from PySide6.QtCore import QEvent
 from PySide6.QtGui import QDesktopServices, QGuiApplication
-from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QMenu
 
 from tactile_maps.control.controller_registry import CONTROLLERS
@@ -35,7 +34,8 @@ from tactile_widgets.session.live_input import LiveInputSettings
 from tactile_widgets.tools.map_editing.pin_tool import PinTool
 from tactile_widgets.tools.registry import TOOLS
 from tactile_widgets.views.layers import LAYERS
-from tests.widgets.support.window_driver import blow_up, press_map, run
+from tests.widgets.support.mouse import left_release
+from tests.widgets.support.window_driver import blow_up, press_map, replay_run, run
 
 TICK = 0.005
 """Control period of the session [s]."""
@@ -132,10 +132,7 @@ class Bench:
         if self.window.live.mode is not Mode.REPLAYING:
             self.live()
             path = self.folder / f"recording-{len(self.files)}.mcap"
-            self.window.live.recording.start(path)
-            run(self.window, 0.1)
-            self.window.live.recording.stop()
-            self.window.live.open_recording(path)
+            replay_run(self.window, path, 0.1)
         self.window.timeline.go_to(0.05)
 
     def marked(self) -> None:
@@ -287,7 +284,7 @@ def aimed(bench):
     bench.ask("set_target")
     view = bench.window.map_view
     pixel = press_map(bench.window, 5)
-    QTest.mouseRelease(view.viewport(), Qt.MouseButton.LeftButton, pos=pixel)
+    left_release(view.viewport(), pixel)
     run(bench.window, TICK)
 
 
@@ -383,7 +380,7 @@ def held(bench):
     view = bench.window.map_view
     pixel = press_map(bench.window, 5)
     run(bench.window, 0.1)
-    QTest.mouseRelease(view.viewport(), Qt.MouseButton.LeftButton, pos=pixel)
+    left_release(view.viewport(), pixel)
     run(bench.window, 0.05)
 
 

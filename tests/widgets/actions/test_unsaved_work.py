@@ -7,8 +7,6 @@ import shutil
 from dataclasses import replace
 
 import pytest
-from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
-from PySide6.QtGui import QDropEvent
 from PySide6.QtWidgets import QMessageBox
 
 from tactile_maps.core.assets import asset
@@ -19,7 +17,7 @@ from tactile_maps.skin.formats.taxel_files import write_taxels
 from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.dialogs.dialogs import Button
 from tests.widgets.actions.test_every_action import EFFECTS, TICK, Bench
-from tests.widgets.support.window_driver import answer, press_map, run
+from tests.widgets.support.window_driver import answer, drop, press_map, run
 
 pytestmark = pytest.mark.long
 
@@ -127,14 +125,6 @@ def test_actions_ask_about_unsaved_edits(bench, names):
         bench.tidy()
     assert not lost
     assert {*ASKING} & {*names} <= {*asking}
-
-
-def drop(window, path):
-    data = QMimeData()
-    data.setUrls([QUrl.fromLocalFile(str(path))])
-    left = Qt.MouseButton.LeftButton
-    none = Qt.KeyboardModifier.NoModifier
-    window.dropEvent(QDropEvent(QPointF(5, 5), Qt.DropAction.CopyAction, data, left, none))
 
 
 def test_dropped_files_ask_about_unsaved_edits(bench):

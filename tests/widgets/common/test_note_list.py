@@ -10,6 +10,7 @@ from PySide6.QtGui import QGuiApplication
 from PySide6.QtTest import QTest
 
 from tactile_widgets.common.note_list import Note, NoteList, _wrapped
+from tests.widgets.support.mouse import left_click
 
 NOTES = (Note("Missing mesh, a.stl", "A small box is used", fault=True), Note("Units, b.csv", "Read as millimetres"))
 
@@ -28,7 +29,7 @@ def test_selected_notes_are_copied_or_all_without_a_selection(made):
     QTest.keyClick(made, Qt.Key.Key_C, Qt.KeyboardModifier.ControlModifier)
     everything = "Missing mesh, a.stl: A small box is used\nUnits, b.csv: Read as millimetres"
     assert QGuiApplication.clipboard().text() == everything
-    QTest.mouseClick(made.viewport(), Qt.MouseButton.LeftButton, pos=made.visualItemRect(made.item(1)).center())
+    left_click(made.viewport(), made.visualItemRect(made.item(1)).center())
     QTest.keyClick(made, Qt.Key.Key_C, Qt.KeyboardModifier.ControlModifier)
     assert QGuiApplication.clipboard().text() == "Units, b.csv: Read as millimetres"
 

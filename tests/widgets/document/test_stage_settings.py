@@ -7,26 +7,17 @@ from dataclasses import replace
 import pytest
 
 from tactile_maps.core.errors import MapError
-from tactile_maps.editing.document import MapDocument
 from tactile_maps.editing.reflatten import apply_result, reflatten
 from tactile_maps.editing.seams import extra_seams
-from tactile_maps.maps.build import build_map
-from tactile_maps.skin.model.skin import Patch, Skin
-from tactile_maps.skin.taxel_placement.sampling import place_evenly
 from tactile_maps.studies.stages.registry import STAGES
 from tactile_maps.studies.study.work_precision import Setting
-from tactile_maps.studies.testbeds.reference_bodies import MESHES
 from tactile_widgets.document.stage_settings import reflatten_for, subject_of
+from tests.widgets.support.samples import tube_and_hemisphere
 
 
 @pytest.fixture(scope="module")
 def bodies():
-    """A tube and a hemisphere."""
-    patches = []
-    for name in ("tube", "hemisphere"):
-        surface = MESHES[name](600)
-        patches.append(Patch(name, name, surface, place_evenly(surface, 40, seed=0)))
-    return MapDocument.of(build_map(Skin(tuple(patches))))
+    return tube_and_hemisphere(600)
 
 
 def used(document, *setting):

@@ -10,22 +10,20 @@ from io import BytesIO
 import numpy as np
 import pytest
 from PIL import Image
-from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtCore import QPointF, QRectF
 from PySide6.QtGui import QFont, QFontMetricsF, QTransform
-from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
 from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.core.errors import DisplayError
 from tactile_widgets.__main__ import main
-from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.common.settings import BaseLayer
 from tactile_widgets.dialogs.figures.figure_file import FigureColours, FigurePart, FigureSpec, write_figure
 from tactile_widgets.dialogs.figures.view_figure import ShownInViews, write_view_figure
+from tests.widgets.support.mouse import left_click, left_release
 from tests.widgets.support.samples import touched
 from tests.widgets.support.window_driver import press_map, run
 
-LEFT = Qt.MouseButton.LeftButton
 SMALL = FigureSpec(80.0, 60.0, 96, FigureColours.PAPER)
 WIDE = FigureSpec(160.0, 60.0, 96, FigureColours.PAPER)
 pytestmark = pytest.mark.qt_log_ignore("This plugin does not support")
@@ -106,11 +104,11 @@ def test_map_and_plots_are_vectors_of_the_given_size_and_the_window_is_unchanged
     QApplication.processEvents()
     assert window.plots.grab().toImage() == before
     assert window.map_view.camera == camera
-    QTest.mouseRelease(window.map_view.viewport(), LEFT, pos=pixel)
+    left_release(window.map_view.viewport(), pixel)
 
 
-def test_dialog_shows_pixels_stores_the_settings_and_the_robot_has_the_resolution(window, tmp_path, monkeypatch):
-    monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(tmp_path / "robot.png"))
+def test_dialog_shows_pixels_stores_the_settings_and_the_robot_has_the_resolution(window, tmp_path, choose_file):
+    choose_file("save_file", tmp_path / "robot.png")
     window.action("save_figure").trigger()
     dialog = window.presenters.figure.dialog
     dialog.part.setCurrentIndex(dialog.part.findData(FigurePart.ROBOT))
@@ -119,7 +117,7 @@ def test_dialog_shows_pixels_stores_the_settings_and_the_robot_has_the_resolutio
     dialog.dpi.setValue(120)
     assert "378 × 283 pixels" in dialog.note.text()
     assert dialog.column.currentText() == "Other width"
-    QTest.mouseClick(dialog.save, LEFT)
+    left_click(dialog.save)
     QApplication.processEvents()
     with Image.open(tmp_path / "robot.png") as picture:
         assert picture.size == (378, 283)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from PySide6.QtCore import QPoint, Qt
+from PySide6.QtCore import QPoint
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLabel, QPushButton, QScrollArea, QWidget
 
@@ -12,6 +12,7 @@ from tactile_widgets.common.controller_settings import SETTING_CHOICES
 from tactile_widgets.common.panel import Panel
 from tactile_widgets.panels.control.controller_panel import ControllerPanel
 from tactile_widgets.panels.registry import PanelTab
+from tests.widgets.support.mouse import left_release
 from tests.widgets.support.window_driver import press_map, run
 
 
@@ -58,7 +59,7 @@ def test_no_row_moves_when_the_skin_is_touched_and_released(window):
     run(window, 0.4)
     assert window.live.runner.session.frame.regions
     assert rows(window) == before
-    QTest.mouseRelease(window.map_view.viewport(), Qt.MouseButton.LeftButton, pos=pixel)
+    left_release(window.map_view.viewport(), pixel)
     run(window, 0.3)
     assert rows(window) == before
 

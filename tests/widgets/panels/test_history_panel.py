@@ -15,8 +15,7 @@ from tactile_maps.editing.history import MOST_STEPS
 from tactile_widgets.panels.history_panel import ROW, HistoryPanel
 from tactile_widgets.panels.panel_column import COLUMN_WIDTH
 from tests.support.cost import cost_of
-
-LEFT = Qt.MouseButton.LeftButton
+from tests.widgets.support.mouse import left_click
 
 
 @pytest.fixture
@@ -56,12 +55,12 @@ def test_steps_are_named_and_the_current_one_is_marked(panel, editor):
 def test_click_selects_the_step(panel, editor):
     _move(editor, 3)
     QApplication.processEvents()
-    QTest.mouseClick(panel.list.viewport(), LEFT, Qt.KeyboardModifier.NoModifier, QPoint(60, ROW + 4))
+    left_click(panel.list.viewport(), QPoint(60, ROW + 4))
     assert editor.history.position == 1
     assert editor.document.layout.placements[0].offset[0] == pytest.approx(
         0.001 + panel.steps._editor.history._steps[0].document.layout.placements[0].offset[0]
     )
-    QTest.mouseClick(panel.list.viewport(), LEFT, Qt.KeyboardModifier.NoModifier, QPoint(60, 3 * ROW + 4))
+    left_click(panel.list.viewport(), QPoint(60, 3 * ROW + 4))
     assert editor.history.position == 3
 
 
@@ -101,7 +100,7 @@ def test_unfolded_list_shows_the_current_step(panel, editor):
 def test_replay_does_not_change_the_step(panel, editor):
     _move(editor, 2)
     editor.set_enabled(enabled=False)
-    QTest.mouseClick(panel.list.viewport(), LEFT, Qt.KeyboardModifier.NoModifier, QPoint(60, 4))
+    left_click(panel.list.viewport(), QPoint(60, 4))
     assert editor.history.position == 2
 
 

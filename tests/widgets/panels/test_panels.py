@@ -33,6 +33,7 @@ from tactile_widgets.panels.registry import PANELS, PanelSpec, PanelTab
 from tactile_widgets.panels.touch.contacts_panel import ContactsPanel
 from tactile_widgets.session.backends import INLINE
 from tactile_widgets.session.session_host import SessionHost
+from tests.widgets.support.mouse import left_click
 
 
 def shown(qtbot, panel):
@@ -114,7 +115,7 @@ def test_heading_folds_its_panel(qtbot):
     panel.folded_changed.connect(folded.append)
     assert "Real time" in texts(panel)
     tall = panel.sizeHint().height()
-    QTest.mouseClick(panel._heading, Qt.MouseButton.LeftButton)
+    left_click(panel._heading)
     assert folded == [True]
     assert texts(panel) == []
     assert panel.sizeHint().height() < tall / 2
@@ -156,7 +157,7 @@ def test_column_reports_folded_panels(column):
     assert column.folded == at_first
     orders = []
     column.folded_changed.connect(orders.append)
-    QTest.mouseClick(column["contacts"]._heading, Qt.MouseButton.LeftButton)
+    left_click(column["contacts"]._heading)
     assert orders == [(*at_first[:3], "contacts-panel", *at_first[3:])]
     column.set_folded(["timing-panel", "a panel of another version"])
     assert column.folded == ("timing-panel",)
@@ -297,7 +298,7 @@ def test_controller_shows_its_own_gains(qtbot):
     panel = shown(qtbot, ControllerPanel())
     got = []
     panel.settings_edited.connect(got.append)
-    QTest.mouseClick(panel._buttons["hold_force"], Qt.MouseButton.LeftButton)
+    left_click(panel._buttons["hold_force"])
     assert got[0].controller == "hold_force"
     assert panel.sliders.by_name["force_goal"].isVisible()
     assert not panel.sliders.by_name["stiffness"].isVisible()

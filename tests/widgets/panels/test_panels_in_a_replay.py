@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 import pytest
-from PySide6.QtCore import QPointF, Qt
+from PySide6.QtCore import QPointF
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLabel, QLineEdit, QListView, QPushButton
 
@@ -16,6 +16,7 @@ from tactile_maps.session.session import Session
 from tactile_widgets.panels.registry import PanelTab
 from tactile_widgets.panels.touch.live_input_panel import LiveInputPanel
 from tests.support.touch import prepared_bar
+from tests.widgets.support.mouse import left_click
 from tests.widgets.support.window_driver import run
 
 
@@ -113,7 +114,7 @@ def test_accuracy_and_rate_of_the_session_are_not_shown_during_a_replay(window, 
     assert any("return to it" in text for text in texts(window, "accuracy"))
     window.column.get(LiveInputPanel).rate_changed.emit(50.0)
     assert window.status_line.factor.text() == "Replay", "readings may still arrive"
-    QTest.mouseClick(measure, Qt.MouseButton.LeftButton)
+    left_click(measure)
     assert not panel.busy
     window.live.replay.leave()
     assert measure.isEnabled()

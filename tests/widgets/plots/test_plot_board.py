@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPoint, Qt
+from PySide6.QtCore import QPoint
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
@@ -16,9 +16,9 @@ from tactile_widgets.common.colours import DARK, LIGHT
 from tactile_widgets.plots.choice.plot_choice import STANDARD, PlotChoice, PlotKey, PlotKind
 from tactile_widgets.plots.live_plots import USUAL_HEIGHT, LivePlots
 from tactile_widgets.plots.plot_board import PlotWindow
+from tests.widgets.support.mouse import left_double_click, left_press, left_release
 from tests.widgets.support.samples import touched
 
-LEFT = Qt.MouseButton.LeftButton
 FORCE = STANDARD[0]
 PRESSURE = STANDARD[4]
 TAXEL = PlotKey(PlotKind.TAXEL, "10")
@@ -102,11 +102,11 @@ def drag(plots, key, target):
     """Drag the plot itself with the mouse."""
     surface = content(plots, key).plot.viewport()
     middle = surface.rect().center()
-    QTest.mousePress(surface, LEFT, pos=middle)
+    left_press(surface, middle)
     for share in (0.3, 1.0):
         QTest.mouseMove(surface, middle + share * (surface.mapFromGlobal(target) - middle))
     assert plots.board._mark.isVisible(), "where it would go is marked"
-    QTest.mouseRelease(surface, LEFT, pos=surface.mapFromGlobal(target))
+    left_release(surface, surface.mapFromGlobal(target))
     assert not plots.board._mark.isVisible()
     QApplication.processEvents()
 
@@ -128,10 +128,10 @@ def test_plot_is_dragged_to_another_place(plots):
 def test_double_click_enlarges_and_the_next_shows_all(plots, qtbot):
     surface = content(plots, FORCE).plot.viewport()
     with qtbot.waitSignal(plots.enlarged_changed):
-        QTest.mouseDClick(surface, LEFT)
+        left_double_click(surface)
     assert plots.preferred_height(900, low=False) > 2 * USUAL_HEIGHT
     assert not plots.board.cell(PRESSURE).isVisible()
-    QTest.mouseDClick(surface, LEFT)
+    left_double_click(surface)
     assert plots.board.cell(PRESSURE).isVisible()
     assert plots.board.enlarged is None
 

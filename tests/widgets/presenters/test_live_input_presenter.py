@@ -14,9 +14,8 @@ from tactile_maps.editing.arrange import move, rotate
 from tactile_widgets.dialogs.connect_dialog import KINDS
 from tactile_widgets.dialogs.dialogs import Button
 from tactile_widgets.tools.registry import PATH
+from tests.widgets.support.mouse import left_release
 from tests.widgets.support.window_driver import answer, press_map, run
-
-LEFT = Qt.MouseButton.LeftButton
 
 
 @pytest.mark.long
@@ -98,7 +97,7 @@ def draw_path(window, taxels):
     window.action("draw_path").trigger()
     assert window.presenters.tools.active == PATH
     for taxel in taxels:
-        QTest.mouseRelease(window.map_view.viewport(), LEFT, pos=press_map(window, taxel))
+        left_release(window.map_view.viewport(), press_map(window, taxel))
     QTest.keyClick(window.map_view, Qt.Key.Key_Return)
     run(window, 0.01)
 

@@ -22,9 +22,8 @@ from tactile_maps.tactile.mechanics.half_space_stress import TAIL_SHARE
 from tactile_widgets.common.tool_kinds import POKE, SELECT_BOX
 from tactile_widgets.panels.maps.quality_panel import QualityPanel
 from tactile_widgets.tools.registry import ARRANGE, INTEREST, PINS, SEAMS
+from tests.widgets.support.mouse import left_click, left_press, left_release
 from tests.widgets.support.window_driver import press_map, run
-
-LEFT = Qt.MouseButton.LeftButton
 
 
 @pytest.fixture
@@ -103,7 +102,7 @@ def test_recorded_edits_are_replayed_and_verified(window, tmp_path):
     window.action("undo").trigger()
     window.editor.do("Rotate", lambda document: rotate(document, [0], 0.5))
     run(window, 0.3)
-    QTest.mouseRelease(window.map_view.viewport(), LEFT)
+    left_release(window.map_view.viewport())
     window.action("record").trigger()
     edited = window.editor.document
     (file,) = (tmp_path / "recordings").glob("*.mcap")
@@ -197,7 +196,7 @@ def test_pin_key_pins_the_pointer_position_or_the_selected_taxels(window):
     window.views.selection.select_all()
     window.views.selection.invert()
     window.presenters.view.set_tool(SELECT_BOX)
-    QTest.mouseClick(view.viewport(), LEFT, pos=view.pixel_of(window.live.prepared.skin.taxel_point(20)).toPoint())
+    left_click(view.viewport(), view.pixel_of(window.live.prepared.skin.taxel_point(20)).toPoint())
     QTest.keyClick(view, Qt.Key.Key_P)
     assert sum(len(patch.pins) for patch in window.editor.document.patches) == 2
     QTest.keyClick(view, Qt.Key.Key_P, Qt.KeyboardModifier.ShiftModifier)
@@ -227,7 +226,7 @@ def test_proposed_seam_is_accepted_or_declined_wherever_the_focus_is(window, key
         window.presenters.view.set_tool(POKE)
         assert "less distortion" in bar.text
         if focus is None:
-            QTest.mouseClick(bar.findChild(QToolButton, button), LEFT)
+            left_click(bar.findChild(QToolButton, button))
         else:
             focus.setFocus()
             QTest.keyClick(focus, key)
@@ -337,12 +336,12 @@ class RandomEditor:
         self.window.presenters.view.set_tool(self.choose(TOOLS))
         start = view.pixel_of(self.window.live.prepared.skin.taxel_point(int(self.rng.integers(150)))).toPoint()
         way = QPoint(*self.rng.integers(-150, 151, 2).tolist()) * self.choose((0.0, 1.0, 1.0))
-        QTest.mousePress(view.viewport(), LEFT, pos=start)
+        left_press(view.viewport(), start)
         for share in (0.3, 0.7, 1.0):
             QTest.mouseMove(view.viewport(), start + way * share)
         if self.choose((True, False, False)):
             QTest.keyClick(view, Qt.Key.Key_Escape)
-        QTest.mouseRelease(view.viewport(), LEFT, pos=start + way)
+        left_release(view.viewport(), start + way)
 
     def run_command(self):
         self.editor.select(self.rng.permutation(3)[: self.rng.integers(1, 4)].tolist())
@@ -404,6 +403,6 @@ def test_overlapping_patches_are_named_and_repack_is_offered(window):
         for button in window.notification_bar.findChildren(QToolButton)
         if button.objectName() == "message-remedy"
     ]
-    QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+    left_click(button)
     assert window.map_view.picture.overlapping == ()
     assert not any(message.fault for message in window.notification_bar.messages)

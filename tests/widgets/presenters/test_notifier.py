@@ -8,14 +8,12 @@ from pathlib import Path
 
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLabel, QToolButton
 
 import tactile_widgets
 from tactile_widgets.context.notification_bar import READ_SECONDS
+from tests.widgets.support.mouse import left_click, left_release
 from tests.widgets.support.window_driver import cancel, press_map, run
-
-LEFT = Qt.MouseButton.LeftButton
 
 
 @pytest.fixture
@@ -69,7 +67,7 @@ def test_messages_are_a_stack_of_three_that_keeps_failures(window):
     assert len(labels) == 3
     assert heights == sorted(heights), "the newest is at the bottom"
     assert {note.text for note in window.column["messages"].list.notes} >= {"Saved b.csv", "Saved c.csv"}
-    QTest.mouseClick(bar.findChild(QToolButton, "message-dismiss"), LEFT)
+    left_click(bar.findChild(QToolButton, "message-dismiss"))
     assert [message.text for message in bar.messages] == ["Saved c.csv", "Saved d.csv"]
 
 
@@ -198,4 +196,4 @@ def test_contact_shapes_are_shown_in_both_views_while_paused(window):
     assert window.map_view.picture._overlays.shows("shapes")
     window.action("mark_shapes").trigger()
     assert not any(actor.visibility for actor in shapes.ellipses)
-    QTest.mouseRelease(window.map_view.viewport(), LEFT, pos=pixel)
+    left_release(window.map_view.viewport(), pixel)

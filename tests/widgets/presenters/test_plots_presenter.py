@@ -14,9 +14,9 @@ from tactile_maps.recording.player import open_recording
 from tactile_widgets.common.settings import Settings
 from tactile_widgets.panels.touch.events_panel import EventsPanel
 from tactile_widgets.plots.choice.plot_choice import STANDARD, PlotChoice, PlotKey, PlotKind
+from tests.widgets.support.mouse import left_click, left_release
 from tests.widgets.support.window_driver import press_map, run
 
-LEFT = Qt.MouseButton.LeftButton
 FORCE = STANDARD[0]
 EVENTS = STANDARD[-1]
 pytestmark = pytest.mark.qt_log_ignore("This plugin does not support")
@@ -44,7 +44,7 @@ def toggle(chooser, words):
     item = row(chooser, words)
     chooser.list.scrollToItem(item)
     box = chooser.list.visualItemRect(item)
-    QTest.mouseClick(chooser.list.viewport(), LEFT, pos=QPoint(box.left() + 10, box.center().y()))
+    left_click(chooser.list.viewport(), QPoint(box.left() + 10, box.center().y()))
 
 
 def test_plot_is_found_by_letters_and_shown(window):
@@ -60,7 +60,7 @@ def test_plot_is_found_by_letters_and_shown(window):
     toggle(chooser, "Contact events")
     assert set(window.plots.shown) >= {PlotKey(PlotKind.JOINT, name.replace(" ", "_")).text, "taxel:17", "events"}
     assert not chooser.automatic.isChecked(), "a standard one was chosen"
-    QTest.mouseClick(chooser.automatic, LEFT, pos=QPoint(8, chooser.automatic.height() // 2))
+    left_click(chooser.automatic, QPoint(8, chooser.automatic.height() // 2))
     assert "events" not in window.plots.shown
     toggle(chooser, "Taxel 17")
     assert "taxel:17" not in window.plots.shown
@@ -120,7 +120,7 @@ def test_click_on_an_event_shows_its_time_in_a_recording(window, tmp_path):
     run(window, 0.2)
     pixel = press_map(window, 70)
     run(window, 0.6)
-    QTest.mouseRelease(window.map_view.viewport(), LEFT, pos=pixel)
+    left_release(window.map_view.viewport(), pixel)
     run(window, 0.4)
     window.live.recording.stop()
     window.live.show_player(open_recording(tmp_path / "touch.mcap"))
@@ -146,7 +146,7 @@ def test_click_on_an_event_shows_its_time_in_a_recording(window, tmp_path):
     strip = window.plots.board.cell(EVENTS).content
     x = strip._rows._x(began - window.live.shown.time)
     surface = strip._rows
-    QTest.mouseClick(surface, LEFT, pos=QPointF(x, 16).toPoint())
+    left_click(surface, QPointF(x, 16).toPoint())
     assert window.live.shown.time == pytest.approx(began, abs=0.011)
     assert window.timeline.playhead.time == pytest.approx(
         window.live.shown.time - window.live.replay.player.times[0], abs=0.011
@@ -155,5 +155,5 @@ def test_click_on_an_event_shows_its_time_in_a_recording(window, tmp_path):
     events = window.column.get(EventsPanel)
     number = next(k for k, line in enumerate(events.events.items) if line.began == began)
     events.list.scrollTo(events.events.index(number))
-    QTest.mouseClick(events.list.viewport(), LEFT, pos=events.list.visualRect(events.events.index(number)).center())
+    left_click(events.list.viewport(), events.list.visualRect(events.events.index(number)).center())
     assert window.live.shown.time == pytest.approx(began, abs=0.011)

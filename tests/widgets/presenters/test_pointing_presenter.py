@@ -21,6 +21,7 @@ from tactile_widgets.tools.map_editing.mesh_picking import present_seams, seam_r
 from tactile_widgets.tools.map_editing.pin_tool import with_pins
 from tactile_widgets.tools.map_editing.seam_tool import SeamTool
 from tactile_widgets.views.interaction.view_tool import PointedAt
+from tests.widgets.support.mouse import left_click, left_release
 from tests.widgets.support.window_driver import press_map, run, visible_skin
 
 RIGHT = Qt.MouseButton.RightButton
@@ -140,7 +141,7 @@ def test_shift_clicks_hold_fingers_and_shift_drags_do_not(window):
     run(window, 0.1)
     assert len(held(window)) == 2
     for number in tuple(held(window)):
-        QTest.mouseClick(window.column["contacts"].fingers.findChild(object, f"held-{number}-away"), LEFT)
+        left_click(window.column["contacts"].fingers.findChild(object, f"held-{number}-away"))
     run(window, 0.1)
     assert not held(window)
 
@@ -155,7 +156,7 @@ def test_menu_sets_target_draws_path_plots_frames_and_copies(window):
     choose(right_click(window, "robot", places["robot"]), "path")
     assert window.presenters.control_tools._tools.active.name == "draw_path"
     viewport = window.map_view.viewport()
-    QTest.mouseClick(viewport, LEFT, Qt.KeyboardModifier.NoModifier, places["map"] + QPoint(20, 0))
+    left_click(viewport, places["map"] + QPoint(20, 0))
     QTest.keyClick(window.map_view, Qt.Key.Key_Return)
     run(window, 0.05)
     assert session.settings.task == "follow_path"
@@ -293,7 +294,7 @@ def test_selected_taxels_are_plotted_as_a_named_group(window):
     pixel = press_map(window, 70)
     run(window, 0.3)
     pressed = window.live.shown.pressures[taxels]
-    QTest.mouseRelease(window.map_view.viewport(), LEFT, pos=pixel)
+    left_release(window.map_view.viewport(), pixel)
     assert pressed.max() > 0
     force, mean, highest = (
         series.values[-1]

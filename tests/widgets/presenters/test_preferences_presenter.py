@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QApplication, QLabel, QMessageBox
 from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.common.settings import NavigationStyle, Preferences, Question
 from tactile_widgets.panels.control.posture_panel import PosturePanel
+from tests.widgets.support.mouse import left_click
 from tests.widgets.support.window_driver import run
 
 MIDDLE = Qt.MouseButton.MiddleButton
@@ -98,10 +99,10 @@ def test_folder_of_recordings_can_be_typed(window, dialog, tmp_path, monkeypatch
     assert dialog.folder.text() == before
 
 
-def test_preferences_act_are_stored_and_restored(window, dialog, tmp_path, monkeypatch):
+def test_preferences_act_are_stored_and_restored(window, dialog, tmp_path, monkeypatch, choose_file):
     chosen = tmp_path / "elsewhere"
     chosen.mkdir()
-    monkeypatch.setattr(FileDialog, "choose_folder", lambda *_args: str(chosen))
+    choose_file("choose_folder", chosen)
     dialog.choose.click()
     assert dialog.folder.text() == str(chosen)
     window.action("record").trigger()
@@ -123,7 +124,7 @@ def test_preferences_act_are_stored_and_restored(window, dialog, tmp_path, monke
     trash = "tactile_widgets.presenters.files.recordings_presenter._to_trash"
     monkeypatch.setattr(trash, lambda path: deleted.append(path) or True)
     question = dialog.questions[Question.TRASH]
-    QTest.mouseClick(question, Qt.MouseButton.LeftButton, pos=QPoint(8, question.height() // 2))
+    left_click(question, QPoint(8, question.height() // 2))
     window.presenters.recordings.delete(file)
     assert deleted == [file]
     assert window.settings.preferences == Preferences(

@@ -9,7 +9,6 @@ from functools import partial
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLabel, QPushButton, QStyle, QStyleOptionViewItem, QToolButton
 
 from tactile_maps.editing.arrange import move
@@ -18,7 +17,6 @@ from tactile_maps.scene.scene_file import with_grid
 from tactile_maps.session.prepared_cache import prepare_cached
 from tactile_maps.skin.fitting.cover import CoverSpec, cover_candidates
 from tactile_maps.skin.fitting.grid import GridSpec
-from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.context.notification_bar import READ_SECONDS
 from tactile_widgets.dialogs.palette import matching
 from tactile_widgets.jobs.skin_jobs import plan_cover
@@ -26,9 +24,9 @@ from tactile_widgets.panels.model.skin_panel import SkinChoice, SkinPanel
 from tactile_widgets.session.live_input import LiveInputSettings
 from tactile_widgets.views.interaction.view_tool import PointedAt
 from tactile_widgets.window.palette_commands import action_commands
+from tests.widgets.support.mouse import left_click
 from tests.widgets.support.window_driver import run
 
-LEFT = Qt.MouseButton.LeftButton
 pytestmark = pytest.mark.usefixtures("scene_cache")
 
 
@@ -74,11 +72,11 @@ def click_box(window, link):
     option.rect = tree.visualRect(index)
     option.features |= QStyleOptionViewItem.ViewItemFeature.HasCheckIndicator
     box = tree.style().subElementRect(QStyle.SubElement.SE_ItemViewItemCheckIndicator, option, tree)
-    QTest.mouseClick(tree.viewport(), LEFT, pos=box.center())
+    left_click(tree.viewport(), box.center())
 
 
 def click(window, name):
-    QTest.mouseClick(panel_of(window).findChild(QPushButton, name), LEFT)
+    left_click(panel_of(window).findChild(QPushButton, name))
     QApplication.processEvents()
 
 
@@ -100,7 +98,7 @@ def refusal(window):
 
 
 def test_checked_link_is_previewed_applied_undone_saved_and_opened_again(
-    window, prepared, qtbot, tmp_path, monkeypatch
+    window, prepared, qtbot, tmp_path, choose_file
 ):
     before = counts(window)
     first = window.editor.document
@@ -133,7 +131,7 @@ def test_checked_link_is_previewed_applied_undone_saved_and_opened_again(
     window.action("redo").trigger()
     assert window.editor.document is document
     assert listed(window) == chosen
-    monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(tmp_path / "own.toml"))
+    choose_file("save_file", tmp_path / "own.toml")
     window.action("save_scene").trigger()
     assert not window.isWindowModified()
     window.live.show_prepared(prepared)
@@ -318,12 +316,12 @@ def test_other_links_keep_skin_and_map_to_the_last_digit_when_one_is_covered_and
 
 
 @pytest.mark.long
-def test_skin_steps_do_not_count_as_map_edits(window, tmp_path, monkeypatch):
+def test_skin_steps_do_not_count_as_map_edits(window, tmp_path, choose_file):
     for link in ("wrist", "elbow"):
         offered(window, link)["cover"].run()
         run(window, 0.02)
     assert window.presenters.map_files.unsaved == ("skin",)
-    monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(tmp_path / "own.toml"))
+    choose_file("save_file", tmp_path / "own.toml")
     skin = window.live.prepared.skin
     window.action("save_scene").trigger()
     assert window.presenters.map_files.unsaved == ()
@@ -411,7 +409,7 @@ def test_robot_without_a_scene_reports_its_skin_and_opens_with_a_chosen_one(wind
     monkeypatch.setattr(bar, "_clock", lambda: time.monotonic() + 2 * READ_SECONDS)
     bar._read.timeout.emit()
     assert bar.text == "rods: 1,000 taxels on left and right", "shown while the links can be chosen"
-    QTest.mouseClick(window.notification_bar.findChild(QToolButton, "message-remedy"), LEFT)
+    left_click(window.notification_bar.findChild(QToolButton, "message-remedy"))
     window.live.scene_jobs.executor.hold = False
     assert job.done
     assert window.live.prepared.robot.name == "arm", "the present robot is still shown"

@@ -6,14 +6,12 @@ from functools import partial
 
 import numpy as np
 import pytest
-from PySide6.QtCore import Qt
-from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QToolButton
 
 from tactile_maps.editing.arrange import move, rotate
 from tactile_widgets.common.mode import Mode
 from tactile_widgets.dialogs.dialogs import Button
-from tests.widgets.support.window_driver import answer, press_map, run
+from tests.widgets.support.mouse import left_release
+from tests.widgets.support.window_driver import answer, click_remedy, press_map, replay_run, run
 
 
 @pytest.fixture
@@ -21,14 +19,8 @@ def window(window_again):
     return window_again
 
 
-def click_remedy(window, text):
-    (button,) = [button for button in window.notification_bar.findChildren(QToolButton) if button.text() == text]
-    assert button.isVisible()
-    QTest.mouseClick(button, Qt.MouseButton.LeftButton)
-
-
 def lift(window):
-    QTest.mouseRelease(window.map_view.viewport(), Qt.MouseButton.LeftButton)
+    left_release(window.map_view.viewport())
 
 
 def test_scene_without_fingers_offers_to_enable_them(window):
@@ -154,10 +146,7 @@ def test_continuing_a_recording_first_asks_about_unsaved_edits(window, edited_re
 
 @pytest.mark.long
 def test_recording_without_edits_leaves_nothing_to_save(window, tmp_path, qtbot):
-    window.live.recording.start(tmp_path / "a.mcap")
-    run(window, 0.3)
-    window.live.recording.stop()
-    window.live.open_recording(tmp_path / "a.mcap")
+    replay_run(window, tmp_path / "a.mcap", 0.3)
     window.live.replay.seek(0.2)
     window.action("take_over").trigger()
     qtbot.waitUntil(lambda: window.live.mode is Mode.RUNNING)

@@ -8,7 +8,6 @@ from dataclasses import replace
 
 import numpy as np
 from PySide6.QtCore import QPoint, Qt
-from PySide6.QtGui import QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
@@ -111,21 +110,6 @@ class MapViewDriver:
     def picture(self):
         """Return a picture of the view."""
         return self.view.grab().toImage()
-
-
-def wheel(view, at, eighths):
-    """The wheel turned over a pixel of a map view, by so many eighths of a degree: 120 are a notch."""
-    event = QWheelEvent(
-        at,
-        view.viewport().mapToGlobal(at),
-        QPoint(),
-        QPoint(0, eighths),
-        Qt.MouseButton.NoButton,
-        NONE,
-        Qt.ScrollPhase.NoScrollPhase,
-        False,
-    )
-    QApplication.sendEvent(view.viewport(), event)
 
 
 def middle(document, number) -> np.ndarray:

@@ -26,7 +26,6 @@ from PySide6.QtGui import (
     QDropEvent,
     QKeySequence,
     QMouseEvent,
-    QWheelEvent,
 )
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import (
@@ -60,6 +59,7 @@ from tactile_widgets.presenters.files import recordings_presenter
 from tactile_widgets.session.live_input import LiveInputSettings
 from tactile_widgets.tools.registry import TOOLS
 from tactile_widgets.views.colour_bar import ColourBar
+from tests.widgets.support.mouse import turn_wheel
 from tests.widgets.support.window_checks import WindowChecks
 
 KEY = Qt.Key
@@ -534,19 +534,7 @@ class RandomUser:
             _mouse(target, QEvent.Type.MouseButtonRelease, end, button, modifier)
 
     def _wheel(self, target: QWidget, at: QPoint, modifier) -> None:
-        place = QPointF(at)
-        turn = QPoint(0, int(self._rng.choice([-360, -120, 120, 360])))
-        event = QWheelEvent(
-            place,
-            QPointF(target.mapToGlobal(at)),
-            QPoint(),
-            turn,
-            Qt.MouseButton.NoButton,
-            modifier,
-            Qt.ScrollPhase.NoScrollPhase,
-            False,
-        )
-        QApplication.sendEvent(target, event)
+        turn_wheel(target, at, int(self._rng.choice([-3, -1, 1, 3])), modifier)
 
     def _gesture_cut_short(self) -> None:
         """An action is triggered while a button is held on a view."""

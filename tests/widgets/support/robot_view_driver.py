@@ -1,18 +1,17 @@
-"""A hand on a real robot view: what it emits, where skin is, what it looks like, the wheel."""
+"""A hand on a real robot view: what it emits, where skin is, what it looks like."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPoint, QPointF, Qt
-from PySide6.QtGui import QWheelEvent
-from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication
+from PySide6.QtCore import QPoint, Qt
 
 from tactile_maps.session.session import Session
 from tactile_maps.tactile.poke import PokePressed
 from tactile_widgets.common.colours import DARK, PressureScale
 from tactile_widgets.views.robot.robot_view import RobotView
+from tests.widgets.support.heard import Heard
+from tests.widgets.support.mouse import left_click
 
 LEFT = Qt.MouseButton.LeftButton
 MIDDLE = Qt.MouseButton.MiddleButton
@@ -33,33 +32,6 @@ def open_view(qtbot) -> RobotView:
     return view
 
 
-class Heard:
-    """Remembers what a view emitted."""
-
-    def __init__(self, view):
-        self.acts = []
-        self.hovers = []
-        self.drawn = []
-        view.interaction.poke_pressed.connect(self._on_pressed)
-        view.interaction.poke_moved.connect(self._on_moved)
-        view.interaction.poke_released.connect(self._on_released)
-        view.interaction.hovered.connect(self.hovers.append)
-        view.display.drawn.connect(self.drawn.append)
-
-    def _on_pressed(self, at):
-        self.acts.append(("pressed", at))
-
-    def _on_moved(self, at):
-        self.acts.append(("moved", at))
-
-    def _on_released(self):
-        self.acts.append(("released", None))
-
-    @property
-    def kinds(self):
-        return [kind for kind, _ in self.acts]
-
-
 def skin_pixel(view, prepared) -> QPoint:
     """A pixel on the skin with skin all around it."""
     eye = view.display.actors.viewpoint.eye
@@ -76,7 +48,7 @@ def skin_pixel(view, prepared) -> QPoint:
 def pressed_frame(view, prepared, skin):
     """A frame in which a finger has pressed for half a second at a skin pixel."""
     heard = Heard(view)
-    QTest.mouseClick(view.display.canvas.widget, LEFT, NONE, skin)
+    left_click(view.display.canvas.widget, skin)
     session = Session(prepared, scripted=False)
     session.submit(PokePressed(0, heard.acts[0][1]))
     for _ in range(100):
@@ -88,18 +60,3 @@ def pressed_frame(view, prepared, skin):
 def picture(view):
     view.display.draw_now()
     return view.grab().toImage()
-
-
-def wheel(view, notches):
-    place = QPointF(view.rect().center())
-    event = QWheelEvent(
-        place,
-        view.mapToGlobal(place),
-        QPoint(),
-        QPoint(0, 120 * notches),
-        Qt.MouseButton.NoButton,
-        NONE,
-        Qt.ScrollPhase.NoScrollPhase,
-        False,
-    )
-    QApplication.sendEvent(view.display.canvas.widget, event)

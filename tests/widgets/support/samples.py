@@ -9,14 +9,18 @@ import numpy as np
 from tactile_maps.contacts.detection.regions import ContactRegion
 from tactile_maps.control.motion.command import JointCommand
 from tactile_maps.core.timing import Timings
+from tactile_maps.editing.document import MapDocument
 from tactile_maps.flattening.chart import Chart
 from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.maps.build import build_map
 from tactile_maps.maps.model.layout import MapLayout, Placement
 from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.scene.scene import Scene
 from tactile_maps.scene.scene_file import load_scene
 from tactile_maps.session.frame import Frame
 from tactile_maps.skin.model.skin import Patch, Quadrature, Skin, Taxels
+from tactile_maps.skin.taxel_placement.sampling import place_evenly
+from tactile_maps.studies.testbeds.reference_bodies import MESHES
 from tactile_maps.tactile.poke import PokeState
 
 
@@ -133,3 +137,12 @@ def _taxels(surface, count=220) -> Taxels:
     areas = np.full(count, surface.area / count)
     felt = Quadrature(positions, normals, areas, np.arange(count))
     return Taxels(positions, normals, chosen, weights, areas, np.zeros((0, 2), int), felt)
+
+
+def tube_and_hemisphere(faces) -> MapDocument:
+    """A document of two patches with this number of faces and 40 taxels each."""
+    patches = []
+    for name in ("tube", "hemisphere"):
+        surface = MESHES[name](faces)
+        patches.append(Patch(name, name, surface, place_evenly(surface, 40, seed=0)))
+    return MapDocument.of(build_map(Skin(tuple(patches))))

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from PySide6.QtCore import QPointF, Qt
+from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
+from PySide6.QtGui import QDropEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QMessageBox, QToolButton, QWidget
 
@@ -18,6 +19,7 @@ from tactile_widgets.panels.registry import PanelTab
 from tactile_widgets.plots.choice.plot_choice import PlotChoice
 from tactile_widgets.views.layers import LAYERS, at_first
 from tactile_widgets.window.main_window import MainWindow
+from tests.widgets.support.mouse import left_click, left_press
 
 SIZE = (1400, 900)
 
@@ -107,7 +109,7 @@ def window_facts(window):
 def answer(window, button, question="leave"):
     """Click a button of a question, by default of the one about unsaved edits."""
     (box,) = [box for box in window.findChildren(QMessageBox) if box.objectName() == question and box.isVisible()]
-    QTest.mouseClick(box.button(button), Qt.MouseButton.LeftButton)
+    left_click(box.button(button))
     QApplication.processEvents()
 
 
@@ -121,7 +123,42 @@ def run(window, seconds):
 
 def cancel(window):
     """Press Cancel next to the progress in the status line."""
-    QTest.mouseClick(window.loading_bar.findChild(QToolButton, "loading-cancel"), Qt.MouseButton.LeftButton)
+    left_click(window.loading_bar.findChild(QToolButton, "loading-cancel"))
+
+
+def record_run(window, path, seconds):
+    """Record the next ``seconds`` of the session."""
+    window.live.recording.start(path)
+    run(window, seconds)
+    window.live.recording.stop()
+
+
+def replay_run(window, path, seconds):
+    """Record the next ``seconds`` of the session, and replay them."""
+    record_run(window, path, seconds)
+    window.live.open_recording(path)
+
+
+def drop(window, *paths):
+    """Drop files on the window."""
+    data = QMimeData()
+    data.setUrls([QUrl.fromLocalFile(str(path)) for path in paths])
+    left = Qt.MouseButton.LeftButton
+    none = Qt.KeyboardModifier.NoModifier
+    window.dropEvent(QDropEvent(QPointF(5, 5), Qt.DropAction.CopyAction, data, left, none))
+
+
+def choose_effect(window, key, value):
+    """Choose an effect in the panel."""
+    box = window.column["effects"].lines[key].box
+    box.activated.emit(next(k for k in range(box.count()) if box.itemData(k) == value))
+
+
+def click_remedy(window, text):
+    """Click the button of the message with this text."""
+    buttons = window.notification_bar.findChildren(QToolButton)
+    (button,) = [button for button in buttons if button.text() == text and button.isVisible()]
+    left_click(button)
 
 
 def blow_up(live):
@@ -150,5 +187,5 @@ def visible_skin(window):
 def press_map(window, taxel):
     view = window.map_view
     pixel = view.pixel_of(window.live.prepared.skin.taxel_point(taxel)).toPoint()
-    QTest.mousePress(view.viewport(), Qt.MouseButton.LeftButton, pos=pixel)
+    left_press(view.viewport(), pixel)
     return pixel

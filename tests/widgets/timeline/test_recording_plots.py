@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, QPointF, Qt
-from PySide6.QtGui import QColor, QImage, QPalette, QWheelEvent
+from PySide6.QtGui import QColor, QImage, QPalette
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication
 
 from tactile_maps.core.reading_units import ReadingUnits
 from tactile_maps.recording.overview.curves import CURVES, Curves, FrameQuantity, QuantityKind
@@ -17,8 +16,8 @@ from tactile_widgets.plots.timeline.lane_painter import Overlaid
 from tactile_widgets.plots.timeline.lanes import AddedLane
 from tactile_widgets.plots.timeline.playhead import Span
 from tactile_widgets.plots.timeline.recording_plots import RecordingPlots
+from tests.widgets.support.mouse import left_click, left_double_click, left_drag, turn_wheel
 
-LEFT = Qt.MouseButton.LeftButton
 NONE = Qt.KeyboardModifier.NoModifier
 SECONDS = 600.0
 TICK = 0.005
@@ -63,18 +62,7 @@ def seen(plots):
 
 def turn(plots, x, turns):
     """The wheel over ``x`` [px]."""
-    at = QPointF(x, 40)
-    event = QWheelEvent(
-        at,
-        plots.mapToGlobal(at),
-        QPoint(),
-        QPoint(0, 120 * turns),
-        Qt.MouseButton.NoButton,
-        NONE,
-        Qt.ScrollPhase.NoScrollPhase,
-        False,
-    )
-    QApplication.sendEvent(plots, event)
+    turn_wheel(plots, QPointF(x, 40), turns)
 
 
 def test_peak_of_one_tick_in_ten_minutes_is_drawn_at_full_height(plots):
@@ -97,7 +85,7 @@ def test_wheel_zooms_at_the_pointer_and_double_click_shows_all(plots):
     turn(plots, x, 100)
     assert plots.view.length == pytest.approx(20 * TICK)
     assert plots.view.start <= SPIKE <= plots.view.end
-    QTest.mouseDClick(plots, LEFT, NONE, QPoint(400, 40))
+    left_double_click(plots, QPoint(400, 40))
     assert plots.view == Span(0.0, SECONDS)
     turn(plots, x, -5)
     assert plots.view == Span(0.0, SECONDS)
@@ -108,11 +96,9 @@ def test_click_seeks_and_drag_selects_a_range(plots):
     ranges = []
     plots.time_chosen.connect(went.append)
     plots.range_dragged.connect(ranges.append)
-    QTest.mouseClick(plots, LEFT, NONE, QPoint(400, 40))
+    left_click(plots, QPoint(400, 40))
     assert went == [pytest.approx(plots.time_at(400))]
-    QTest.mousePress(plots, LEFT, NONE, QPoint(300, 40))
-    QTest.mouseMove(plots, QPoint(500, 50))
-    QTest.mouseRelease(plots, LEFT, NONE, QPoint(500, 50))
+    left_drag(plots, QPoint(300, 40), QPoint(500, 50))
     assert ranges[-1] == Span(pytest.approx(plots.time_at(300)), pytest.approx(plots.time_at(500)))
     assert len(went) == 1
 

@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QDoubleSpinBox
 
 from tactile_widgets.common.colours import DARK, LIGHT, PressureScale
 from tactile_widgets.views.colour_bar import BAR_LEFT, BAR_WIDTH, MAXIMA, ColourBar, ticks
+from tests.widgets.support.mouse import left_double_click
 
 
 @pytest.fixture
@@ -40,7 +41,7 @@ def test_colours_run_from_zero_at_the_bottom_to_the_end_at_the_top(bar):
 
 
 def test_double_click_opens_a_field_for_the_end(bar, chosen):
-    QTest.mouseDClick(bar, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, QPoint(30, 200))
+    left_double_click(bar, QPoint(30, 200))
     editor = bar.findChild(QDoubleSpinBox)
     assert editor.isVisible()
     QTest.keyClicks(editor, editor.locale().toString(35.0, "f", 1))

@@ -6,8 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import QPoint, QPointF, Qt
-from PySide6.QtGui import QWheelEvent
+from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractSpinBox, QApplication, QComboBox, QPushButton, QSlider
 
@@ -15,7 +14,8 @@ from tactile_widgets.actions.keymap import KeyMap
 from tactile_widgets.common.mode import Mode
 from tactile_widgets.common.settings import Settings
 from tactile_widgets.window.palette_commands import action_commands
-from tests.widgets.support.window_driver import run
+from tests.widgets.support.mouse import left_click, left_drag, left_press, left_release, turn_wheel
+from tests.widgets.support.window_driver import replay_run, run
 
 KEY = Qt.Key
 CTRL = Qt.KeyboardModifier.ControlModifier
@@ -82,10 +82,7 @@ def test_slider_keeps_home_and_backspace(window):
 
 @pytest.mark.long
 def test_timeline_keeps_home(window, tmp_path):
-    window.live.recording.start(tmp_path / "a.mcap")
-    run(window, 0.3)
-    window.live.recording.stop()
-    window.live.open_recording(tmp_path / "a.mcap")
+    replay_run(window, tmp_path / "a.mcap", 0.3)
     window.live.replay.seek(0.2)
     window.timeline.set_time(0.2)
     window.map_view.zoom(2.0, window.map_view.viewport().rect().center().toPointF())
@@ -119,9 +116,7 @@ def test_space_drag_moves_the_map_without_pausing(window):
     window.presenters.touch.touched.connect(lambda: touched.append(1))
     QTest.keyPress(view, KEY.Key_Space)
     assert view.viewport().cursor().shape() == Qt.CursorShape.OpenHandCursor
-    QTest.mousePress(view.viewport(), Qt.MouseButton.LeftButton, pos=start)
-    QTest.mouseMove(view.viewport(), end)
-    QTest.mouseRelease(view.viewport(), Qt.MouseButton.LeftButton, pos=end)
+    left_drag(view.viewport(), start, end)
     QTest.keyRelease(view, KEY.Key_Space)
     assert view.camera.centre != before
     assert window.live.mode is Mode.RUNNING
@@ -133,15 +128,6 @@ def has_keyboard(view):
     return view.window().focusWidget() is view
 
 
-def wheel(widget, notches=-3):
-    """Send a wheel event to a control, and to its parents until it is accepted."""
-    middle = QPointF(widget.rect().center())
-    turned = QPoint(0, 120 * notches)
-    none = Qt.MouseButton.NoButton, Qt.KeyboardModifier.NoModifier, Qt.ScrollPhase.NoScrollPhase, False
-    event = QWheelEvent(middle, QPointF(widget.mapToGlobal(middle.toPoint())), QPoint(), turned, *none)
-    QApplication.sendEvent(widget, event)
-
-
 def value_of(control):
     return control.currentIndex() if isinstance(control, QComboBox) else control.value()
 
@@ -149,7 +135,7 @@ def value_of(control):
 def test_tool_keys_work_after_a_click_on_a_controller(window):
     """Wherever the keyboard is, but where text is typed."""
     button = window.column["controller"]._buttons["hold_force"]
-    QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+    left_click(button)
     assert has_keyboard(window.robot_view), "the click gave the keyboard back"
     focus(button)
     for key, name in ((KEY.Key_G, "set_target"), (KEY.Key_D, "draw_path"), (KEY.Key_B, "select_box")):
@@ -180,15 +166,14 @@ def test_wheel_changes_only_focused_controls(window):
     changed = []
     for control in controls:
         before = value_of(control)
-        wheel(control)
-        wheel(control, 3)
-        wheel(control, -1)
+        for notches in (-3, 3, -1):
+            turn_wheel(control, notches=notches)
         if value_of(control) != before or control.hasFocus():
             changed.append(control.objectName() or control.accessibleName() or type(control).__name__)
     assert not changed
     slider = focus(window.column["controller"].sliders.by_name["stiffness"]._slider)
     before = slider.value()
-    wheel(slider)
+    turn_wheel(slider, notches=-3)
     assert slider.value() != before
 
 
@@ -196,8 +181,8 @@ def test_wheel_changes_only_focused_controls(window):
 def test_closed_drop_down_returns_the_focus(window, qtbot):
     box = window.session_bar.speed
     focus(window.map_view)
-    QTest.mousePress(box, Qt.MouseButton.LeftButton)
-    QTest.mouseRelease(box, Qt.MouseButton.LeftButton)
+    left_press(box)
+    left_release(box)
     assert box.view().isVisible()
     QTest.keyClick(box.view(), KEY.Key_T)
     assert box.view().isVisible(), "a letter is for the list while it is open"
@@ -228,7 +213,7 @@ def sheet(window):
 def press(sheet, name, *key):
     """Choose an action in the sheet and press its new key."""
     sheet.choose(name)
-    QTest.mouseClick(sheet.editor.change, Qt.MouseButton.LeftButton)
+    left_click(sheet.editor.change)
     QTest.keyClick(sheet.editor.field, *key)
 
 
@@ -265,15 +250,15 @@ def test_key_of_another_action_is_named_and_swapped(window, sheet):
     press(sheet, "select_box", KEY.Key_G)
     assert "G is the key of Target" in sheet.editor.message.text()
     assert window.context.actions.keys("select_box") == ("B",), "and nothing is done yet"
-    QTest.mouseClick(sheet.editor.keep, Qt.MouseButton.LeftButton)
+    left_click(sheet.editor.keep)
     assert window.context.actions.keys("select_box") == ("B",)
     press(sheet, "select_box", KEY.Key_G)
-    QTest.mouseClick(sheet.editor.swap, Qt.MouseButton.LeftButton)
+    left_click(sheet.editor.swap)
     assert (row(sheet, "Select by box"), row(sheet, "Target")) == (["G"], ["B"])
     sheet.choose("set_target")
-    QTest.mouseClick(sheet.editor.reset, Qt.MouseButton.LeftButton)
+    left_click(sheet.editor.reset)
     assert "G is the key of Select by box" in sheet.editor.message.text()
-    QTest.mouseClick(sheet.editor.swap, Qt.MouseButton.LeftButton)
+    left_click(sheet.editor.swap)
     assert (row(sheet, "Select by box"), row(sheet, "Target")) == (["B"], ["G"])
     assert not window.settings.keys
 
@@ -296,7 +281,7 @@ def test_punctuation_key_ignores_shift(window, sheet):
 
 def test_reassigned_space_no_longer_pauses(window, sheet, qtbot):
     press(sheet, "select_lasso", KEY.Key_Space)
-    QTest.mouseClick(sheet.editor.swap, Qt.MouseButton.LeftButton)
+    left_click(sheet.editor.swap)
     assert window.context.actions.keys("pause") == ("L",)
     press_in_map(window, qtbot, KEY.Key_Space)
     assert window.live.mode is Mode.RUNNING
@@ -312,13 +297,13 @@ def test_keys_are_stored_and_reset(window, sheet):
     press(sheet, "poke", KEY.Key_U)
     assert sheet.editor.reset.isEnabled(), "only a changed key can be reset"
     sheet.choose("undo")
-    QTest.mouseClick(sheet.editor.remove, Qt.MouseButton.LeftButton)
+    left_click(sheet.editor.remove)
     path = window.settings._store.fileName()
     window.settings._store.sync()
     assert Settings(Path(path)).keys == {"poke": ("U",), "undo": ()}
     window.context.actions.use_keys(replace(window.context.actions.keymap, changes=Settings(Path(path)).keys))
     assert window.action("poke").toolTip().endswith("(U)")
     assert window.action("undo").shortcut().isEmpty()
-    QTest.mouseClick(sheet.editor.reset_all, Qt.MouseButton.LeftButton)
+    left_click(sheet.editor.reset_all)
     assert window.action("undo").shortcut().toString() == "Ctrl+Z"
     assert Settings(Path(path)).keys == {}

@@ -18,8 +18,9 @@ from tactile_widgets.common.mode import Mode
 from tactile_widgets.common.settings import BaseLayer
 from tactile_widgets.context.notification_bar import Message, MessageStack
 from tactile_widgets.tools.registry import ARRANGE
+from tests.widgets.support.mouse import left_click, left_press, left_release
 from tests.widgets.support.snapshots import check_picture
-from tests.widgets.support.window_driver import blow_up, cancel, press_map, run, visible_skin
+from tests.widgets.support.window_driver import blow_up, cancel, press_map, record_run, replay_run, run, visible_skin
 
 
 @pytest.fixture(scope="module")
@@ -48,17 +49,17 @@ def test_press_on_body_and_map_touches_the_same_point(window):
     _, pixel = visible_skin(window)
     felt = []
     window.presenters.touch.touched.connect(lambda: felt.append(True))
-    QTest.mousePress(window.robot_view.display.canvas.widget, Qt.MouseButton.LeftButton, pos=pixel)
+    left_press(window.robot_view.display.canvas.widget, pixel)
     run(window, 0.3)
     from_body = window.live.runner.session.frame.pokes[-1].at
-    QTest.mouseRelease(window.robot_view.display.canvas.widget, Qt.MouseButton.LeftButton, pos=pixel)
+    left_release(window.robot_view.display.canvas.widget, pixel)
     run(window, 0.1)
     assert not window.live.runner.session.frame.pokes
     map_pixel = window.map_view.pixel_of(from_body).toPoint()
-    QTest.mousePress(window.map_view.viewport(), Qt.MouseButton.LeftButton, pos=map_pixel)
+    left_press(window.map_view.viewport(), map_pixel)
     run(window, 0.3)
     from_map = window.live.runner.session.frame.pokes[-1].at
-    QTest.mouseRelease(window.map_view.viewport(), Qt.MouseButton.LeftButton, pos=map_pixel)
+    left_release(window.map_view.viewport(), map_pixel)
     skin = window.live.prepared.skin
     assert felt
     assert from_map.patch == from_body.patch
@@ -78,7 +79,7 @@ def test_force_grows_while_pressed_and_ends_at_release(window):
     assert forces[-1] > 2 * forces[0]
     (region,) = window.live.runner.session.frame.regions
     assert region.force == pytest.approx(forces[-1], rel=1e-6)
-    QTest.mouseRelease(window.map_view.viewport(), Qt.MouseButton.LeftButton, pos=pixel)
+    left_release(window.map_view.viewport(), pixel)
     run(window, 0.1)
     assert not window.live.runner.session.frame.regions
 
@@ -96,7 +97,7 @@ def test_drag_moves_the_finger_along_the_skin(window):
     after = window.live.runner.session.frame
     assert after.pokes[-1].at != before.pokes[-1].at
     assert after.pokes[-1].force > 0.5 * before.pokes[-1].force, "a stroke keeps its depth"
-    QTest.mouseRelease(window.map_view.viewport(), Qt.MouseButton.LeftButton, pos=pixel)
+    left_release(window.map_view.viewport(), pixel)
 
 
 @pytest.mark.long
@@ -146,7 +147,7 @@ def test_hints_are_hidden_by_the_first_touch_for_good(new_window):
 
 @pytest.mark.long
 def test_hold_force_button_starts_the_controller(window):
-    QTest.mouseClick(window.column["controller"]._buttons["hold_force"], Qt.MouseButton.LeftButton)
+    left_click(window.column["controller"]._buttons["hold_force"])
     press_map(window, 70)
     run(window, 3.0)
     frame = window.live.runner.session.frame
@@ -270,7 +271,7 @@ def test_stopped_simulation_offers_reset(window):
     button = window.notification_bar.findChild(QToolButton, "message-remedy")
     assert button.isVisible()
     assert button.text() == "Reset"
-    QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+    left_click(button)
     assert window.live.mode is Mode.RUNNING
     assert not window.notification_bar.isVisible()
 
@@ -295,7 +296,7 @@ def test_readout_is_the_same_for_both_views(window):
 def test_readout_follows_the_pressure(window):
     pixel = press_map(window, 70)
     run(window, 0.5)
-    QTest.mouseRelease(window.map_view.viewport(), Qt.MouseButton.LeftButton, pos=pixel)
+    left_release(window.map_view.viewport(), pixel)
     QTest.mouseMove(window.map_view.viewport(), pixel)
     before = window.readout.text()
     run(window, 0.2)
@@ -387,10 +388,7 @@ def test_message_bar_grows_with_its_text(qtbot, window):
 
 @pytest.mark.long
 def test_replay_differs_visibly_from_a_session(window, tmp_path):
-    window.live.recording.start(tmp_path / "one.mcap")
-    run(window, 0.2)
-    window.live.recording.stop()
-    window.live.open_recording(tmp_path / "one.mcap")
+    replay_run(window, tmp_path / "one.mcap", 0.2)
     assert window.status_line.factor.text() == "Replay"
     assert not window.column["controller"].isEnabled()
     for name in ("step", "reset", "record"):
@@ -454,9 +452,7 @@ def test_space_below_the_views_returns_to_its_height(new_window, tmp_path):
 @pytest.mark.parametrize("width", [1107, 1400])
 def test_timeline_and_curves_share_one_time_axis(new_window, tmp_path, width):
     window = new_window
-    window.live.recording.start(tmp_path / "a.mcap")
-    run(window, 0.4)
-    window.live.recording.stop()
+    record_run(window, tmp_path / "a.mcap", 0.4)
     window.resize(width, 900)
     window.live.open_recording(tmp_path / "a.mcap")
     QApplication.processEvents()

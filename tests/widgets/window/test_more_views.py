@@ -6,14 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPoint, Qt
-from PySide6.QtTest import QTest
+from PySide6.QtCore import QPoint
 from PySide6.QtWidgets import QApplication, QMenu
 
 from tactile_maps.robots.kinematics import Configuration
+from tests.widgets.support.mouse import left_click, left_double_click, left_drag
 from tests.widgets.support.window_driver import run, visible_skin
 
-LEFT = Qt.MouseButton.LeftButton
 pytestmark = pytest.mark.qt_log_ignore("This plugin does not support")
 
 
@@ -39,9 +38,7 @@ def test_second_view_has_its_own_camera_and_follows_the_robot(window, qtbot):
     assert np.linalg.norm(eye(view) - first) > 0.2, "it looks from another side"
     before = eye(view)
     canvas = view.display.canvas.widget
-    QTest.mousePress(canvas, LEFT, pos=QPoint(60, 60))
-    QTest.mouseMove(canvas, QPoint(100, 70))
-    QTest.mouseRelease(canvas, LEFT, pos=QPoint(100, 70))
+    left_drag(canvas, QPoint(60, 60), QPoint(100, 70))
     assert np.linalg.norm(eye(view) - before) > 0.05
     assert np.array_equal(eye(window.robot_view), first)
     assert not any(poke.id == 1 for poke in window.live.shown.pokes)
@@ -80,10 +77,10 @@ def test_inset_shows_the_strongest_contact_and_frames_it_by_double_click(window,
     qtbot.waitUntil(lambda: bool(np.linalg.norm(inset.view.display.actors.viewpoint.focus - place) < 0.03))
     pokes = len(window.live.shown.pokes)
     before = eye(window.robot_view)
-    QTest.mouseClick(inset.view.display.canvas.widget, LEFT, pos=QPoint(40, 40))
+    left_click(inset.view.display.canvas.widget, QPoint(40, 40))
     run(window, 0.05)
     assert len(window.live.shown.pokes) == pokes, "what is under it is not pressed"
-    QTest.mouseDClick(inset.view.display.canvas.widget, LEFT, pos=QPoint(40, 40))
+    left_double_click(inset.view.display.canvas.widget, QPoint(40, 40))
     assert np.linalg.norm(eye(window.robot_view) - before) > 0.05
     assert np.linalg.norm(window.robot_view.display.actors.viewpoint.focus - place) < 0.03
     window.action("contact_inset").trigger()

@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QApplication
 from tactile_widgets.actions.keys_sheet import KeysSheet
 from tactile_widgets.common.mode import Mode
 from tactile_widgets.dialogs.palette import Command, matching
-from tests.widgets.support.window_driver import run
+from tests.widgets.support.window_driver import replay_run
 
 KEY = Qt.Key
 CTRL = Qt.KeyboardModifier.ControlModifier
@@ -102,10 +102,7 @@ def test_first_enabled_match_is_selected(window, palette):
 
 @pytest.mark.long
 def test_palette_leaves_a_recording(window, tmp_path):
-    window.live.recording.start(tmp_path / "short.mcap")
-    run(window, 0.1)
-    window.live.recording.stop()
-    window.live.open_recording(tmp_path / "short.mcap")
+    replay_run(window, tmp_path / "short.mcap", 0.1)
     window.action("palette").trigger()
     palette = window._commands.palette
     QTest.keyClicks(palette.field, "back to live")

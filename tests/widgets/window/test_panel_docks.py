@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import QEvent, QPoint, Qt
+from PySide6.QtCore import QEvent, QPoint
 from PySide6.QtGui import QAction, QContextMenuEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QDockWidget, QLabel, QMenu, QPushButton, QToolButton
@@ -17,6 +17,7 @@ from tactile_widgets.panels.control.posture_panel import PosturePanel
 from tactile_widgets.panels.model.accuracy_panel import AccuracyPanel
 from tactile_widgets.panels.registry import PANELS
 from tactile_widgets.panels.touch.contacts_panel import ContactsPanel
+from tests.widgets.support.mouse import left_release
 from tests.widgets.support.window_driver import press_map, run
 
 pytestmark = pytest.mark.qt_log_ignore("This plugin does not support")
@@ -76,7 +77,7 @@ def test_undocked_panel_works_and_returns_to_its_place(window):
     pixel = press_map(window, 70)
     run(window, 0.3)
     assert "1 contact" in panel.findChild(QLabel, "contacts-summary").text()
-    QTest.mouseRelease(window.map_view.viewport(), Qt.MouseButton.LeftButton, pos=pixel)
+    left_release(window.map_view.viewport(), pixel)
     dock.close()
     assert order(window) == before
 

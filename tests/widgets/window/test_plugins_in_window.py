@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
-from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QInputDialog, QMessageBox
 
 from tactile_widgets.session.backends import INLINE
 from tests.support.plugins import install_example
 from tests.widgets.support.executors import in_process
+from tests.widgets.support.mouse import left_click
 from tests.widgets.support.window_driver import answer, run
 
 
@@ -37,7 +37,7 @@ def drop(window, path):
 
 def test_plugins_are_chosen_dropped_and_used_by_processes(window, qtbot, tmp_path):
     panel = window.column["controller"]
-    QTest.mouseClick(panel._buttons["slack"], Qt.MouseButton.LeftButton)
+    left_click(panel._buttons["slack"])
     run(window, 0.1)
     assert window.live.runner.session.settings.controller == "slack"
     assert window.action("controller_slack").isChecked()

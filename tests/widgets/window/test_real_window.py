@@ -7,13 +7,12 @@ import threading
 from dataclasses import replace
 
 import pytest
-from PySide6.QtCore import Qt
-from PySide6.QtTest import QTest
 
 from tactile_maps.editing.reflatten import set_method
 from tactile_widgets.common.mode import Mode
 from tactile_widgets.presenters.touch_presenter import MOUSE_FINGER
 from tactile_widgets.session.backends import BACKGROUND
+from tests.widgets.support.mouse import left_release
 from tests.widgets.support.samples import coarse
 from tests.widgets.support.window_driver import press_map
 
@@ -49,7 +48,7 @@ def test_press_edit_record_and_replay(window, qtbot, tmp_path):
     press_map(window, 70)
     qtbot.waitUntil(lambda: pressed(frames[-1]) and bool(frames[-1].regions), timeout=LONG)
     tick = frames[-1].tick
-    QTest.mouseRelease(window.map_view.viewport(), Qt.MouseButton.LeftButton)
+    left_release(window.map_view.viewport())
     with qtbot.waitSignal(live.recording.saved, timeout=LONG):
         window.action("record").trigger()
     assert threads() == ["session"]

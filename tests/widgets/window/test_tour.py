@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QPushButton
 
 from tactile_widgets.common.colours import mixed
 from tactile_widgets.common.mode import Mode
+from tests.widgets.support.mouse import left_click, left_press, left_release
 from tests.widgets.support.window_driver import press_map, run, visible_skin
 
 LEFT = Qt.MouseButton.LeftButton
@@ -41,7 +42,7 @@ def go_on(tour, number):
     """The step that is shown was done; the next one."""
     assert tour.card.title.text().startswith("✓"), tour.card.title.text()
     assert tour.step == number - 1
-    QTest.mouseClick(tour.card.skip, LEFT)
+    left_click(tour.card.skip)
     assert tour.step == number
 
 
@@ -54,12 +55,12 @@ def test_tour_steps_are_completed_by_the_user(window, tour):
     assert window.robot_view.display.actors.viewpoint.eye.tolist() != before
     go_on(tour, 1)
     _, pixel = visible_skin(window)
-    QTest.mousePress(body, LEFT, pos=pixel)
+    left_press(body, pixel)
     run(window, 0.02)
-    QTest.mouseRelease(body, LEFT, pos=pixel)
+    left_release(body, pixel)
     go_on(tour, 2)
     pixel = press_map(window, 5)
-    QTest.mouseRelease(window.map_view.viewport(), LEFT, pos=pixel)
+    left_release(window.map_view.viewport(), pixel)
     go_on(tour, 3)
     assert window.action("arrange").isChecked()
     steps = len(window.editor.history.names)
@@ -68,13 +69,13 @@ def test_tour_steps_are_completed_by_the_user(window, tour):
     assert "undo" in tour.card.text.text()
     QTest.keyClick(window.map_view, Qt.Key.Key_Z, CTRL)
     go_on(tour, 4)
-    QTest.mouseClick(window.column["controller"].findChild(QPushButton, "controller-hold_force"), LEFT)
+    left_click(window.column["controller"].findChild(QPushButton, "controller-hold_force"))
     run(window, 0.02)
     assert "press the skin" in tour.card.text.text()
     pixel = press_map(window, 5)
-    QTest.mouseRelease(window.map_view.viewport(), LEFT, pos=pixel)
+    left_release(window.map_view.viewport(), pixel)
     go_on(tour, 5)
-    QTest.mouseClick(tour.card.leave, LEFT)
+    left_click(tour.card.leave)
     assert tour.step is None
 
 
@@ -82,7 +83,7 @@ def test_tour_blocks_nothing_and_escape_ends_it(window, tour):
     window.map_view.setFocus()
     QTest.keyClick(window.map_view, Qt.Key.Key_Space)
     assert window.live.mode is Mode.PAUSED
-    QTest.mouseClick(tour.card.skip, LEFT)
+    left_click(tour.card.skip)
     assert tour.step == 1
     assert tour.card.grab().toImage().pixelColor(12, 12) == QColor(mixed(window.theme.panel, window.theme.accent, 0.10))
     QTest.keyClick(window.map_view, Qt.Key.Key_Escape)
@@ -94,7 +95,7 @@ def test_tour_blocks_nothing_and_escape_ends_it(window, tour):
 def test_first_hints_offer_the_tour_once(window):
     window.settings.hints_read = False
     window.notifier.show_hints(shown=True)
-    QTest.mouseClick(window.hint_bar.findChild(object, "hint-tour"), LEFT)
+    left_click(window.hint_bar.findChild(object, "hint-tour"))
     assert window._commands.tour.step == 0
     assert window.hint_bar.isHidden()
     assert window.settings.hints_read

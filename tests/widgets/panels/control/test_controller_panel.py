@@ -27,6 +27,7 @@ from tactile_widgets.panels.control.controller_panel import ControllerPanel, Lim
 from tactile_widgets.plots.traces.history import ShownLimit
 from tactile_widgets.plots.traces.span_strip import severity_colour
 from tests.support.touch import arm
+from tests.widgets.support.mouse import left_click, left_double_click
 from tests.widgets.support.samples import touched
 from tests.widgets.support.snapshots import pixels
 
@@ -52,7 +53,7 @@ def visible(panel) -> set[str]:
 @pytest.mark.parametrize("controller", CONTROLLERS)
 def test_controller_chosen_by_its_button_shows_its_effective_settings(panel, controller):
     panel.show_settings(ControlSettings(controller="qp" if controller != "qp" else "impedance"))
-    QTest.mouseClick(panel._buttons[controller], Qt.MouseButton.LeftButton)
+    left_click(panel._buttons[controller])
     assert panel.edits[-1] == ControlSettings(controller=controller)
     assert [name for name, button in panel._buttons.items() if button.isChecked()] == [controller]
     assert visible(panel) == effective_settings(panel.edits[-1]) - {"path"}
@@ -106,7 +107,7 @@ def test_shown_settings_are_not_reported_as_edits(panel):
 def click(panel, name):
     button = panel.findChild(QPushButton, name)
     assert button.isVisible()
-    QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+    left_click(button)
 
 
 def moving(prepared, time, **what):
@@ -138,7 +139,7 @@ def test_single_setting_can_be_reset(panel, name, how):
         slider._slider.setFocus()
         QTest.keyClick(slider._slider, Qt.Key.Key_Delete)
     else:
-        QTest.mouseDClick(slider._name, Qt.MouseButton.LeftButton)
+        left_double_click(slider._name)
     assert panel.edits == [replace(changed, **{name: getattr(began, name)})]
     assert slider.value == pytest.approx(getattr(began, name) * SLIDERS[name].scale)
     assert "Double-click" in slider._name.toolTip()
@@ -172,7 +173,7 @@ def test_gains_are_reset_to_those_of_the_scene(panel, prepared):
     scene = replace(prepared.scene, control={"stiffness": 20.0})
     panel.show_prepared(replace(prepared, scene=scene))
     panel.show_settings(ControlSettings(stiffness=9.0))
-    QTest.mouseDClick(panel.sliders.by_name["stiffness"]._name, Qt.MouseButton.LeftButton)
+    left_double_click(panel.sliders.by_name["stiffness"]._name)
     assert panel.edits[-1].stiffness == 20.0
 
 

@@ -6,8 +6,6 @@ from functools import partial
 
 import numpy as np
 import pytest
-from PySide6.QtCore import Qt
-from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLabel, QPushButton
 
 from tactile_maps.editing.arrange import mirror, move
@@ -20,9 +18,8 @@ from tactile_maps.maps.formats.map_file import save_map
 from tactile_maps.skin.formats.taxel_files import write_taxels
 from tactile_widgets.panels.maps.compare_panel import ComparePanel
 from tactile_widgets.panels.panel_column import COLUMN_WIDTH, PanelColumn
+from tests.widgets.support.mouse import left_click
 from tests.widgets.support.samples import leaf_map
-
-LEFT = Qt.MouseButton.LeftButton
 
 
 @pytest.fixture
@@ -45,7 +42,7 @@ def _button(panel, name):
 
 def _press(panel, name):
     assert _button(panel, name).isVisible()
-    QTest.mouseClick(_button(panel, name), LEFT)
+    left_click(_button(panel, name))
     QApplication.processEvents()
 
 

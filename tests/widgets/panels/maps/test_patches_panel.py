@@ -26,6 +26,7 @@ from tactile_widgets.jobs.scene_jobs import SceneJobs
 from tactile_widgets.panels.maps.patch_list import PATCHES_MIME, PINS_ROLE, ROW_HEIGHT, SEAMS_ROLE
 from tactile_widgets.panels.maps.patches_panel import FILTER_FROM, PatchesPanel
 from tactile_widgets.panels.panel_column import COLUMN_WIDTH
+from tests.widgets.support.mouse import left_click
 from tests.widgets.support.samples import leaf_map
 
 LEFT = Qt.MouseButton.LeftButton
@@ -285,16 +286,8 @@ def test_edits_made_elsewhere_are_shown(panel, editor):
     assert _names(panel)[0] != "Biceps"
 
 
-LEFT_BUTTON = Qt.MouseButton.LeftButton
-
-
 def _click_row(panel, row):
-    QTest.mouseClick(
-        panel.list.viewport(),
-        LEFT_BUTTON,
-        Qt.KeyboardModifier.NoModifier,
-        QPoint(100, row * ROW_HEIGHT + ROW_HEIGHT // 2),
-    )
+    left_click(panel.list.viewport(), QPoint(100, row * ROW_HEIGHT + ROW_HEIGHT // 2))
     QApplication.processEvents()
 
 
@@ -303,11 +296,11 @@ def test_buttons_act_on_the_selected_patches(panel, editor):
     assert [name for name, button in buttons.items() if button.isEnabled()] == ["pack"]
     editor.select([1])
     assert not buttons["align"].isEnabled(), "aligning needs two patches"
-    QTest.mouseClick(buttons["mirror"], LEFT_BUTTON)
+    left_click(buttons["mirror"])
     assert [p.mirrored for p in editor.document.layout.placements] == [False, True, False]
     editor.do("Scale", partial(scale, numbers=[1], factor=1.5))
     assert buttons["true-size"].isEnabled()
-    QTest.mouseClick(buttons["true-size"], LEFT_BUTTON)
+    left_click(buttons["true-size"])
     assert editor.document.layout.placements[1].scale == 1
     assert not buttons["true-size"].isEnabled()
     editor.select([0, 1])
@@ -317,7 +310,7 @@ def test_buttons_act_on_the_selected_patches(panel, editor):
     menu.actions()[0].trigger()
     lefts = editor.document.map.boxes[[0, 1], 0, 0]
     assert lefts[0] == pytest.approx(lefts[1])
-    QTest.mouseClick(buttons["pack"], LEFT_BUTTON)
+    left_click(buttons["pack"])
     assert editor.history.names[1:] == ("Mirror", "Scale", "True size", "Align left", "Repack")
 
 
@@ -420,7 +413,7 @@ def test_long_computation_shows_progress_and_can_be_cancelled(qtbot, prepared):
     assert editor.busy
     assert not line.isVisible(), "short work shows no progress"
     qtbot.waitUntil(line.isVisible)  # a fresh process starts slower than that
-    QTest.mouseClick(panel.findChild(QToolButton, "edit-cancel"), LEFT_BUTTON)
+    left_click(panel.findChild(QToolButton, "edit-cancel"))
     assert not editor.busy
     assert not line.isVisible()
     assert len(editor.history.names) == 1

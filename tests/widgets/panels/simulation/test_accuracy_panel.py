@@ -16,13 +16,9 @@ from PySide6.QtWidgets import QApplication, QComboBox, QLabel, QPushButton
 
 from tactile_maps.editing.document import MapDocument
 from tactile_maps.editing.reflatten import apply_result, reflatten
-from tactile_maps.maps.build import build_map
-from tactile_maps.skin.model.skin import Patch, Skin
-from tactile_maps.skin.taxel_placement.sampling import place_evenly
 from tactile_maps.studies.stages.registry import STAGES
 from tactile_maps.studies.study.work_precision import Setting
 from tactile_maps.studies.study.work_precision import method_title as method_name
-from tactile_maps.studies.testbeds.reference_bodies import MESHES
 from tactile_widgets.common.application_theme import apply_theme
 from tactile_widgets.common.colours import DARK, LIGHT
 from tactile_widgets.document.stage_settings import reflatten_for
@@ -30,21 +26,14 @@ from tactile_widgets.jobs.executor import InlineExecutor, ProcessExecutor
 from tactile_widgets.panels.model.accuracy_panel import AccuracyPanel
 from tactile_widgets.panels.panel_column import COLUMN_WIDTH
 from tests.support.touch import prepared_bar
+from tests.widgets.support.samples import tube_and_hemisphere
 
 LONG = 60_000
 
 
-def body(faces=200):
-    patches = []
-    for name in ("tube", "hemisphere"):
-        surface = MESHES[name](faces)
-        patches.append(Patch(name, name, surface, place_evenly(surface, 40, seed=0)))
-    return MapDocument.of(build_map(Skin(tuple(patches))))
-
-
 @pytest.fixture(scope="module")
 def document():
-    return body()
+    return tube_and_hemisphere(200)
 
 
 @pytest.fixture
@@ -153,7 +142,7 @@ def test_results_are_kept_by_stage_and_discarded_with_the_skin(panel, qtbot, doc
     assert drawn(panel) == []
     press(panel, "cut", qtbot)
     assert len(drawn(panel)) == count
-    panel.show_document(body(), (1,))
+    panel.show_document(tube_and_hemisphere(200), (1,))
     assert drawn(panel) == []
     assert "takes about" in said(panel, "question")
 
@@ -225,7 +214,7 @@ def test_points_appear_during_a_measurement_and_a_dead_process_is_reported(panel
 @in_a_process
 def test_another_skin_stops_the_measurement(panel, qtbot):
     press(panel, "measure", qtbot)
-    panel.show_document(body(), ())
+    panel.show_document(tube_and_hemisphere(200), ())
     assert not panel.busy
     assert not mp.active_children()
     assert "Measuring all patches takes" in said(panel, "question")

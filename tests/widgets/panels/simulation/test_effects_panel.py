@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from PySide6.QtCore import QPoint, QPointF, Qt
-from PySide6.QtGui import QPalette, QWheelEvent
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtGui import QPalette
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLabel, QPushButton
 
@@ -16,9 +16,9 @@ from tactile_maps.scene.effects import EFFECTS, SENSOR_KEYS
 from tactile_maps.scene.scene import with_override
 from tactile_maps.tactile.mechanics.contact_notes import ContactNote, ContactNoteKind
 from tactile_widgets.panels.model.effects_panel import EffectsPanel, automatic_rows
+from tests.widgets.support.mouse import left_click, turn_wheel
 from tests.widgets.support.samples import touched
 
-LEFT = Qt.MouseButton.LeftButton
 NONE = Qt.KeyboardModifier.NoModifier
 pytestmark = pytest.mark.qt_log_ignore("This plugin does not support", extend=True)  # offscreen, of lists
 
@@ -62,7 +62,7 @@ def test_every_effect_has_a_row_with_its_value(panel, prepared):
 def test_sensor_effects_are_folded_until_opened(panel):
     assert panel.lines["skin"].isVisible()
     assert not any(panel.lines[key].isVisible() for key in SENSOR_KEYS)
-    QTest.mouseClick(panel.findChild(object, "effects-sensor-heading"), LEFT)
+    left_click(panel.findChild(object, "effects-sensor-heading"))
     assert all(panel.lines[key].isVisible() for key in SENSOR_KEYS)
 
 
@@ -100,25 +100,14 @@ def test_override_that_is_not_in_the_list_can_be_reset(panel, overrides, prepare
 
 def test_wheel_over_a_box_scrolls_the_panel_without_changing_it(panel, overrides):
     box = panel.lines["friction"].box
-    place = QPointF(box.rect().center())
-    event = QWheelEvent(
-        place,
-        box.mapToGlobal(place),
-        QPoint(),
-        QPoint(0, -120),
-        Qt.MouseButton.NoButton,
-        NONE,
-        Qt.ScrollPhase.NoScrollPhase,
-        False,
-    )
-    QApplication.sendEvent(box, event)
+    event = turn_wheel(box, notches=-1)
     assert overrides == []
     assert not event.isAccepted()
 
 
 def test_click_on_a_row_shows_its_reason_for_one_row_at_a_time(panel):
     assert not any(line.why for line in panel.lines.values())
-    QTest.mouseClick(panel.lines["gravity"], LEFT, pos=QPoint(30, 8))
+    left_click(panel.lines["gravity"], QPoint(30, 8))
     assert panel.lines["gravity"].why
     panel.lines["skin"].box.setFocus(Qt.FocusReason.TabFocusReason)
     assert [key for key, line in panel.lines.items() if line.why] == ["skin"]
@@ -164,7 +153,7 @@ def test_all_to_auto_is_visible_if_an_effect_is_overridden(panel, prepared, qtbo
     show(panel, with_override(prepared.scene, "friction", "on"))
     assert button.isEnabled()
     with qtbot.waitSignal(panel.auto_all_requested):
-        QTest.mouseClick(button, LEFT)
+        left_click(button)
 
 
 def test_panel_is_read_only_in_a_replay(panel, prepared):

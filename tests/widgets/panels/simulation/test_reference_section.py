@@ -7,8 +7,7 @@ import signal
 from dataclasses import replace
 
 import pytest
-from PySide6.QtCore import QObject, QPoint, Qt
-from PySide6.QtTest import QTest
+from PySide6.QtCore import QObject, QPoint
 from PySide6.QtWidgets import QApplication, QLabel
 
 from tactile_maps.control.motion.command import ControlSettings
@@ -20,6 +19,7 @@ from tactile_widgets.panels.model.reference_section import SECONDS, ReferenceSec
 from tactile_widgets.session.backends import INLINE
 from tactile_widgets.session.reference_comparison import ReferenceComparison
 from tests.support.touch import prepared_bar
+from tests.widgets.support.mouse import left_click
 from tests.widgets.support.window_driver import press_map, run
 
 LONG = 60_000
@@ -38,7 +38,7 @@ def section(window_again):
 def switch_on(section):
     """Or off again."""
     place = QPoint(8, section.switch.height() // 2)
-    QTest.mouseClick(section.switch, Qt.MouseButton.LeftButton, pos=place)
+    left_click(section.switch, place)
 
 
 def text(section, name):

@@ -7,8 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPoint, Qt
-from PySide6.QtTest import QTest
+from PySide6.QtCore import QPoint
 from PySide6.QtWidgets import QApplication, QComboBox, QLabel, QPushButton
 
 from tactile_maps.contacts.pipeline import ReadingSettings
@@ -24,6 +23,7 @@ from tactile_widgets.panels.panel_column import COLUMN_WIDTH
 from tactile_widgets.panels.touch.contacts_panel import ContactsPanel
 from tactile_widgets.panels.touch.live_input_panel import LiveInputPanel, _texts
 from tactile_widgets.session.live_input import LiveInputSettings
+from tests.widgets.support.mouse import left_click
 from tests.widgets.support.window_driver import run
 
 
@@ -272,7 +272,7 @@ def test_no_contact_is_detected_before_the_tare_and_rows_keep_their_place(window
     assert address.text().endswith("readings.csv")
     assert address.height() >= address.fontMetrics().height()
     assert tare.property("role") == "requested"
-    QTest.mouseClick(tare, Qt.MouseButton.LeftButton)
+    left_click(tare)
     run_readings(window, 100)
     panel.refresh()
     assert text(panel, "baseline") == "Tared."
@@ -300,16 +300,16 @@ def test_channels_are_counted_and_listed_on_request(window, tmp_path):
     button = panel.findChild(QPushButton, "live-channels")
     assert button.text() == "30 silent"
     assert "taxel 145" not in notes_of(panel)
-    QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+    left_click(button)
     assert "Sends nothing: taxel 145: dead at 7" in notes_of(panel)
     assert places(window) == before
-    QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+    left_click(button)
     window.resize(1366, 600)
     QApplication.processEvents()
     notes = panel.findChild(NoteList)
     shown = notes.viewport()
     assert shown.visibleRegion().boundingRect().height() < shown.height()
-    QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+    left_click(button)
     QApplication.processEvents()
     assert shown.visibleRegion().boundingRect().height() == shown.height(), "the list is scrolled into view"
     assert notes.notes[notes.indexAt(QPoint(5, 5)).row()].head == "Sends nothing"

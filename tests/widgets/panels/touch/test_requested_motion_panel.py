@@ -8,8 +8,6 @@ from contextlib import suppress
 
 import numpy as np
 import pytest
-from PySide6.QtCore import Qt
-from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QComboBox, QLabel, QLineEdit, QPushButton
 
 from tactile_maps.live.motion.motion_output import MotionOutput
@@ -19,6 +17,7 @@ from tactile_widgets.panels.panel_column import COLUMN_WIDTH
 from tactile_widgets.panels.touch.requested_motion_panel import RequestedMotionPanel
 from tactile_widgets.session.live_input import LiveInputSettings
 from tests.support.touch import bar_skin, prepared_bar
+from tests.widgets.support.mouse import left_click
 from tests.widgets.support.window_driver import run
 
 
@@ -81,21 +80,21 @@ def choose(panel, title):
 
 
 def arm(panel):
-    QTest.mouseClick(panel.findChild(QPushButton, "motion-arm"), Qt.MouseButton.LeftButton)
+    left_click(panel.findChild(QPushButton, "motion-arm"))
 
 
 def press(panel):
     """Start sending, armed first, or stop it."""
     if not panel.findChild(QPushButton, "motion-send").isEnabled():
         arm(panel)
-    QTest.mouseClick(panel.findChild(QPushButton, "motion-send"), Qt.MouseButton.LeftButton)
+    left_click(panel.findChild(QPushButton, "motion-send"))
 
 
 def test_motion_is_sent_only_once_armed_and_is_disarmed_by_each_end(panel, driver, window_again):
     panel.findChild(QLineEdit, "motion-address").setText(f"udp://127.0.0.1:{driver.getsockname()[1]}")
     choose(panel, "Hold force")
     switch = panel.findChild(QPushButton, "motion-send")
-    QTest.mouseClick(switch, Qt.MouseButton.LeftButton)
+    left_click(switch)
     assert not switch.isChecked()
     assert text(panel, "sent") == ""
 
@@ -112,7 +111,7 @@ def test_motion_is_sent_only_once_armed_and_is_disarmed_by_each_end(panel, drive
         arm(panel)
         assert switch.isEnabled()
         assert not switch.isChecked(), "armed, but nothing is sent"
-        QTest.mouseClick(switch, Qt.MouseButton.LeftButton)
+        left_click(switch)
         panel.read(2)
         assert switch.isChecked()
         assert text(panel, "force") == "6.0 N"
@@ -140,7 +139,7 @@ def test_switch_does_not_move_when_it_is_armed(panel):
     armed.setStyleSheet("min-width: 0")  # the width of the text, as in the theme
     QApplication.processEvents()
     before = switch.geometry()
-    QTest.mouseClick(armed, Qt.MouseButton.LeftButton)
+    left_click(armed)
     QApplication.processEvents()
     assert armed.isChecked()
     assert switch.geometry() == before

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QObject, QPoint, Qt
+from PySide6.QtCore import QObject, QPoint
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLabel
 
@@ -22,6 +22,7 @@ from tactile_widgets.session.live_input import LiveInputSettings
 from tactile_widgets.session.skin_comparison import SkinComparison
 from tests.live.test_simulated_skin import frame_of
 from tests.support.touch import pair
+from tests.widgets.support.mouse import left_click
 from tests.widgets.support.window_driver import run
 
 SLIDE = 0.032
@@ -91,7 +92,7 @@ def test_hovered_taxel_is_described_and_a_click_selects_it(window, tmp_path, mee
     QTest.mouseMove(panel.view, QPoint(1, 1))
     QTest.mouseMove(panel.view, place)
     assert f"axel {odd}: measured" in text(panel, "taxel")
-    QTest.mouseClick(panel.view, Qt.MouseButton.LeftButton, pos=place)
+    left_click(panel.view, place)
     assert window.views.selection.taxels.tolist() == [odd]
 
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPoint, QPointF, Qt
-from PySide6.QtTest import QTest
+from PySide6.QtCore import QPoint, QPointF
 from PySide6.QtWidgets import QApplication
 
 from tactile_widgets.common.colours import DARK, PressureScale
@@ -14,10 +13,9 @@ from tactile_widgets.plots.live_plots import LivePlots
 from tactile_widgets.plots.traces.history import TaxelHistory
 from tactile_widgets.plots.traces.raster import columns, raster_image
 from tactile_widgets.plots.traces.trace_plots import AXIS_END, AXIS_START
+from tests.widgets.support.mouse import left_click
 from tests.widgets.support.samples import touched
 from tests.widgets.support.window_driver import press_map, run
-
-LEFT = Qt.MouseButton.LeftButton
 
 
 def test_raster_without_samples_is_empty():
@@ -76,7 +74,7 @@ def test_row_shows_and_selects_its_taxel(plots):
     assert "kPa" in raster.words_at(QPointF(now))
     chosen = []
     plots.taxel_clicked.connect(chosen.append)
-    QTest.mouseClick(raster._canvas, LEFT, pos=raster._canvas.mapFrom(raster, now))
+    left_click(raster._canvas, raster._canvas.mapFrom(raster, now))
     assert chosen == [10]
     assert {series.name for series in raster.series()} == {"taxel 10"}
 
@@ -101,7 +99,7 @@ def test_raster_of_a_recording_is_read_and_a_click_selects(window_again, tmp_pat
     assert highest[0] == int(np.argmax(frame.pressures))
     assert highest[2] == pytest.approx(frame.pressures.max(), rel=1e-3)
     place = max(places, key=lambda at: (plots.taxel_at(at) or (0, 0, -1))[2])
-    QTest.mouseClick(plots, LEFT, pos=place.toPoint())
+    left_click(plots, place.toPoint())
     assert window.views.selection.taxels.tolist() == [highest[0]]
     window.plots.remove_plot(RASTER)
     assert plots.lanes[-1] != "All taxels (kPa)"

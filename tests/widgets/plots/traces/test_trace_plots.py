@@ -25,11 +25,11 @@ from tactile_widgets.document.taxel_selection import (
 from tactile_widgets.panels.touch.contacts_panel import ContactsPanel
 from tactile_widgets.plots.live_plots import LivePlots
 from tactile_widgets.plots.traces.trace_plots import TracePlot, legend_entry
+from tests.widgets.support.mouse import left_click
 from tests.widgets.support.samples import touched
 
 NEAR = 10
 OTHER = 70
-LEFT = Qt.MouseButton.LeftButton
 
 
 @pytest.fixture
@@ -200,7 +200,7 @@ def test_click_on_a_row_selects_its_region_and_a_second_click_clears_it(panel, p
     panel.show_frame(ids(touched(prepared.map, [NEAR, OTHER]), 3, 4))
     heard = []
     panel.region_selected.connect(heard.append)
-    QTest.mouseClick(rows(panel)[1], LEFT)
+    left_click(rows(panel)[1])
     assert selection.region == 4
     assert [row.isChecked() for row in rows(panel)] == [False, True, False]
     drawn = curves(plots, 0)
@@ -236,7 +236,7 @@ def test_selected_region_keeps_a_row_among_stronger_ones(panel, selection, prepa
 
 def test_empty_row_cannot_be_selected(panel, selection, prepared):
     panel.show_frame(ids(touched(prepared.map, [NEAR]), 3))
-    QTest.mouseClick(rows(panel)[2], LEFT)
+    left_click(rows(panel)[2])
     assert selection.region is None
     assert not rows(panel)[2].isChecked()
 

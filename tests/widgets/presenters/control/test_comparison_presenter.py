@@ -20,11 +20,11 @@ from tactile_maps.session.session import Session
 from tactile_maps.studies.controller_comparison import controller_metrics
 from tactile_maps.tactile.poke import PokePressed
 from tactile_widgets.common.colours import DARK, LIGHT
-from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.dialogs.controller_comparison.comparison_plots import LETTERS, contender_pen
 from tactile_widgets.dialogs.controller_comparison.comparison_view import ComparisonView
 from tactile_widgets.dialogs.controller_comparison.metrics_table import NONE, ROWS, format_metric
 from tactile_widgets.presenters.control.comparison_presenter import _first_two
+from tests.widgets.support.mouse import left_click, left_double_click, left_release
 from tests.widgets.support.samples import middle_taxel
 from tests.widgets.support.window_driver import run
 
@@ -73,7 +73,7 @@ def click(parent, name):
     button = parent.findChild(QPushButton, name)
     assert button.isVisible(), name
     assert button.isEnabled(), name
-    QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+    left_click(button)
     QApplication.processEvents()
 
 
@@ -217,7 +217,7 @@ def test_contenders_are_added_and_removed(board):
     assert [card.letter for card in board.cards] == ["A", "B", "C", "D"]
     assert not board.findChild(QPushButton, "comparison-more").isVisible(), "more could not be distinguished"
     remove = board.cards[1]._remove
-    QTest.mouseClick(remove, Qt.MouseButton.LeftButton)
+    left_click(remove)
     choose(board.cards[1]._controller, "parallel")
     click(board, "comparison-run")
     assert [(trace.name, trace.settings.controller) for trace in board.traces] == [
@@ -256,14 +256,14 @@ def test_all_contenders_can_do_the_current_task(board, touched_window):
 
 
 @pytest.mark.long
-def test_recording_is_used_as_stimulus(board, prepared, tmp_path, monkeypatch):
+def test_recording_is_used_as_stimulus(board, prepared, tmp_path, choose_file):
     path = tmp_path / "other.mcap"
     session = Session(prepared)
     with Recorder(session.prepared, path) as recorder:
         session.submit(PokePressed(1, prepared.skin.taxel_point(30)))
         for _ in range(80):
             recorder.write(session.tick(), session.inputs)
-    monkeypatch.setattr(FileDialog, "open_file", lambda *_args: str(path))
+    choose_file("open_file", path)
     choose(board.stimulus._box, "file")
     assert board.stimulus._box.words == "other.mcap"
     assert board.stimulus.seconds.value() == pytest.approx(0.4)
@@ -277,8 +277,8 @@ def test_results_follow_zoom_theme_and_units(board, touched_window):
     plot = board.plots.plots["force"]
     plot.setXRange(0.2, 0.4, padding=0)
     middle = plot.viewport().rect().center()
-    QTest.mouseDClick(plot.viewport(), Qt.MouseButton.LeftButton, pos=middle)
-    QTest.mouseRelease(plot.viewport(), Qt.MouseButton.LeftButton, pos=middle)
+    left_double_click(plot.viewport(), middle)
+    left_release(plot.viewport(), middle)
     low, high = plot.getPlotItem().viewRange()[0]
     assert low <= 0
     assert high >= 0.6
@@ -305,14 +305,14 @@ def test_results_follow_zoom_theme_and_units(board, touched_window):
         assert [item.value() for item in lines if isinstance(item, pg.InfiniteLine)] == [limit] * drawn
 
 
-def test_traces_are_exported_and_errors_shown(board, touched_window, tmp_path, monkeypatch):
+def test_traces_are_exported_and_errors_shown(board, touched_window, tmp_path, monkeypatch, choose_file):
     click(board, "comparison-run")
     strongest = next(row for row in ROWS if row.name == "force_max_N")
     for column, trace in enumerate(board.traces):
         assert board.table.text("force_max_N", column) == format_metric(strongest, float(np.nanmax(trace.force)))
     assert {trace.settings.controller for trace in board.traces} == {"hybrid", "qp"}
     path = tmp_path / "controllers.csv"
-    monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(path))
+    choose_file("save_file", path)
     click(board, "comparison-export")
     with path.open() as file:
         rows = list(csv.DictReader(file))

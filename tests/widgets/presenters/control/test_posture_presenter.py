@@ -16,9 +16,9 @@ from tactile_maps.session.inputs import PosturePlaced, RestChanged
 from tactile_maps.tactile.poke import Finger, PokePressed
 from tactile_widgets.common.mode import Mode
 from tactile_widgets.panels.control.posture_panel import PosturePanel
+from tests.widgets.support.mouse import left_press, left_release
 from tests.widgets.support.window_driver import run, visible_skin
 
-LEFT = Qt.MouseButton.LeftButton
 pytestmark = pytest.mark.qt_log_ignore("This plugin does not support")
 
 
@@ -72,10 +72,10 @@ def robot_pixel(window, link):
 
 def drag(window, start, by):
     canvas = window.robot_view.display.canvas.widget
-    QTest.mousePress(canvas, LEFT, pos=start)
+    left_press(canvas, start)
     for part in (0.25, 0.5, 0.75, 1.0):
         QTest.mouseMove(canvas, start + QPoint(round(part * by.x()), round(part * by.y())))
-    return lambda: QTest.mouseRelease(canvas, LEFT, pos=start + by)
+    return lambda: left_release(canvas, start + by)
 
 
 @pytest.mark.long

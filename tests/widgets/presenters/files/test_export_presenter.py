@@ -12,11 +12,10 @@ from PySide6.QtWidgets import QWidget
 
 from tactile_maps.core.errors import ExportError
 from tactile_maps.export.export import FORMATS
-from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.dialogs.export_dialog import ExportDialog
 from tactile_widgets.plots.timeline.playhead import Span
 from tactile_widgets.session import sharing
-from tests.widgets.support.window_driver import cancel, run
+from tests.widgets.support.window_driver import cancel, record_run, replay_run, run
 
 
 @pytest.fixture
@@ -28,9 +27,7 @@ def window(window_again):
 @pytest.fixture
 def path(window, tmp_path):
     path = tmp_path / "demo.mcap"
-    window.live.recording.start(path)
-    run(window, 0.3)
-    window.live.recording.stop()
+    record_run(window, path, 0.3)
     return path
 
 
@@ -91,10 +88,7 @@ def test_sharing_reports_its_local_address_and_stops(window, qtbot):
 
 @pytest.mark.long
 def test_sharing_starts_although_its_port_is_freed_late(window, tmp_path, monkeypatch, qtbot):
-    window.live.recording.start(tmp_path / "a.mcap")
-    run(window, 0.1)
-    window.live.recording.stop()
-    window.live.open_recording(tmp_path / "a.mcap")
+    replay_run(window, tmp_path / "a.mcap", 0.1)
     window.action("share_live").trigger()
     address = window.live.sharing.address
     connect = sharing._connect
@@ -120,7 +114,7 @@ def test_missing_rerun_viewer_is_reported(window):
     assert "rerun" in window.notification_bar.text
 
 
-def test_range_is_exported_in_an_installed_format(window, qtbot, path, tmp_path, monkeypatch):
+def test_range_is_exported_in_an_installed_format(window, qtbot, path, tmp_path, monkeypatch, choose_file):
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     window.live.open_recording(path)
     window.timeline.set_range(Span(0.1, 0.2))
@@ -137,7 +131,7 @@ def test_range_is_exported_in_an_installed_format(window, qtbot, path, tmp_path,
     assert line in dialog.note.text()
     assert not dialog.fps.isEnabled()
     dialog.formats.setCurrentItem(items["npz"])
-    monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(tmp_path / "part.npz"))
+    choose_file("save_file", tmp_path / "part.npz")
     dialog.export.click()
     finished(window, qtbot)
     with np.load(tmp_path / "part.npz") as tables:
@@ -167,9 +161,7 @@ def test_dialog_requests_rows_per_second_of_a_lerobot_data_set(qtbot):
 def test_recordings_without_viewer_messages_are_smaller(window, tmp_path):
     sizes = []
     for name in ("with.mcap", "without.mcap"):
-        window.live.recording.start(tmp_path / name)
-        run(window, 0.3)
-        window.live.recording.stop()
+        record_run(window, tmp_path / name, 0.3)
         sizes.append((tmp_path / name).stat().st_size)
         window.action("record_for_viewers").trigger()
     assert sizes[1] < sizes[0]

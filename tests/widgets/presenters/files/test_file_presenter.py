@@ -12,9 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
-from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
-from PySide6.QtGui import QAction, QDesktopServices, QDropEvent, QGuiApplication
-from PySide6.QtTest import QTest
+from PySide6.QtGui import QAction, QDesktopServices, QGuiApplication
 from PySide6.QtWidgets import QInputDialog, QMenu, QMessageBox
 
 from tactile_maps.cli.parser import build_parser
@@ -34,7 +32,8 @@ from tactile_widgets.session.backends import INLINE
 from tactile_widgets.views.interaction.view_tool import PointedAt
 from tests.support.taxel_formats import FORMATS, LINK, cylinder_taxels, write_formats
 from tests.widgets.support.executors import in_process
-from tests.widgets.support.window_driver import cancel, press_map, run
+from tests.widgets.support.mouse import left_release
+from tests.widgets.support.window_driver import cancel, drop, press_map, run
 
 
 @pytest.fixture
@@ -56,7 +55,7 @@ def test_recording_is_stopped_replayed_scrubbed_and_left(new_window, qtbot, tmp_
     assert window.live.recording.recorder is not None
     press_map(window, 70)
     run(window, 0.6)
-    QTest.mouseRelease(window.map_view.viewport(), Qt.MouseButton.LeftButton)
+    left_release(window.map_view.viewport())
     run(window, 0.2)
     window.action("record").trigger()
     (file,) = (tmp_path / "recordings").glob("*.mcap")
@@ -268,11 +267,11 @@ def test_scenes_are_listed_with_title_and_description(window, monkeypatch):
     assert len(opened) == len(scene_names()) >= 8
 
 
-def test_saved_scene_contains_the_chosen_effects(window, monkeypatch, tmp_path):
+def test_saved_scene_contains_the_chosen_effects(window, choose_file, tmp_path):
     window.column["effects"].override_requested.emit("friction", "on")
     run(window, 0.02)
     path = tmp_path / "mine"
-    monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(path))
+    choose_file("save_file", path)
     window.action("save_scene").trigger()
     saved = path.with_suffix(".toml")
     assert str(saved) in window.notification_bar.text
@@ -301,10 +300,10 @@ def test_taxels_of_a_robot_with_touch_sensors_are_imported(window, monkeypatch, 
     assert [(scene.robot, scene.taxel_files) for scene in opened] == [(str(path), (str(path),)), (str(path), ())]
 
 
-def test_scene_file_is_opened_or_its_error_shown(window, monkeypatch, tmp_path):
+def test_scene_file_is_opened_or_its_error_shown(window, monkeypatch, choose_file, tmp_path):
     path = tmp_path / "own.toml"
     path.write_text('robot = "arm"\n[effects]\nfriction = "maybe"\n')
-    monkeypatch.setattr(FileDialog, "open_file", lambda *_args: str(path))
+    choose_file("open_file", path)
     window.action("open_scene").trigger()
     assert "own.toml" in window.notification_bar.text
     assert "maybe" in window.notification_bar.text
@@ -318,14 +317,6 @@ def test_scene_file_is_opened_or_its_error_shown(window, monkeypatch, tmp_path):
 @pytest.fixture
 def skin_files(tmp_path):
     return write_formats(tmp_path)
-
-
-def drop(window, *paths):
-    data = QMimeData()
-    data.setUrls([QUrl.fromLocalFile(str(path)) for path in paths])
-    buttons = Qt.MouseButton.LeftButton
-    keys = Qt.KeyboardModifier.NoModifier
-    window.dropEvent(QDropEvent(QPointF(400, 400), Qt.DropAction.CopyAction, data, buttons, keys))
 
 
 @pytest.mark.long
@@ -421,13 +412,13 @@ def test_map_without_a_body_is_shown_and_touched(window, tmp_path):
     assert window.column["findings"].list.notes
     press_map(window, 14)
     run(window, 0.3)
-    QTest.mouseRelease(window.map_view.viewport(), Qt.MouseButton.LeftButton)
+    left_release(window.map_view.viewport())
     assert window.live._shown.pressures.max() > 0
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("backends", [INLINE])
-def test_meshes_in_another_folder_are_found_after_choosing_a_package_root(new_window, qtbot, tmp_path, monkeypatch):
+def test_meshes_in_another_folder_are_found_after_choosing_a_package_root(new_window, qtbot, tmp_path, choose_file):
     """The refusal offers to choose a folder; once chosen it is remembered and the robot opens."""
     window = new_window
     ball = '<mesh name="ball" file="../shared/ball.stl"/>'
@@ -445,7 +436,7 @@ def test_meshes_in_another_folder_are_found_after_choosing_a_package_root(new_wi
     remedy = window.notification_bar.findChild(object, "message-remedy")
     assert remedy.text() == "Choose package root"
     assert remedy.isVisibleTo(window.notification_bar)
-    monkeypatch.setattr(FileDialog, "choose_folder", lambda *_args: str(tmp_path))
+    choose_file("choose_folder", tmp_path)
     remedy.click()
     assert [link.name for link in window.live.prepared.robot.links] == ["tip"]
     assert window.live.prepared.scene.package_roots == (str(tmp_path),)

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from PySide6.QtCore import Qt
-from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
 from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.dialogs.figures.film_job import FilmRequest
+from tests.widgets.support.mouse import left_click
 from tests.widgets.support.window_driver import cancel, run
 
-LEFT = Qt.MouseButton.LeftButton
 pytestmark = pytest.mark.qt_log_ignore("This plugin does not support")
 
 
@@ -47,7 +45,7 @@ def begin(window, folder, monkeypatch):
     dialog.part.first.setValue(0.1)
     assert not dialog.film.isEnabled()
     dialog.part.first.setValue(0.0)
-    QTest.mouseClick(dialog.film, LEFT)
+    left_click(dialog.film)
     return target
 
 

@@ -14,15 +14,14 @@ from PySide6.QtWidgets import QMessageBox
 from tactile_maps.editing.arrange import move, rotate
 from tactile_maps.scene.scene_file import load_scene
 from tactile_maps.skin.fitting.grid import is_grid_patch
-from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.common.mode import Mode
 from tactile_widgets.dialogs.dialogs import Button
 from tactile_widgets.panels.history_panel import HistoryPanel
 from tactile_widgets.session.live_input import LiveInputSettings
-from tests.widgets.support.window_driver import answer, run
+from tests.widgets.support.mouse import left_click
+from tests.widgets.support.window_driver import answer, record_run, replay_run, run
 from tests.widgets.tools.map_editing.test_grid_tool import corners
 
-LEFT = Qt.MouseButton.LeftButton
 pytestmark = pytest.mark.usefixtures("scene_cache")
 
 
@@ -36,7 +35,7 @@ def place_grid(window):
     window.action("grid").trigger()
     view = window.map_view
     for at in corners(window.live.prepared.skin, "hand"):
-        QTest.mouseClick(view.viewport(), LEFT, pos=view.pixel_of(at).toPoint())
+        left_click(view.viewport(), view.pixel_of(at).toPoint())
     QTest.keyClick(view, Qt.Key.Key_Return)
     run(window, 0.02)
     assert [patch.link for patch in window.live.prepared.skin.patches if is_grid_patch(patch)] == ["hand"]
@@ -149,9 +148,9 @@ def test_path_stays_on_the_body_when_a_grid_changes_the_map(window):
 
 
 @pytest.mark.long
-def test_saved_scene_contains_the_grid(window, tmp_path, monkeypatch):
+def test_saved_scene_contains_the_grid(window, tmp_path, choose_file):
     place_grid(window)
-    monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(tmp_path / "own.toml"))
+    choose_file("save_file", tmp_path / "own.toml")
     window.action("save_scene").trigger()
     assert load_scene(str(tmp_path / "own.toml")).grids == window.live.prepared.scene.grids
     assert not window.isWindowModified()
@@ -160,9 +159,9 @@ def test_saved_scene_contains_the_grid(window, tmp_path, monkeypatch):
 
 
 @pytest.mark.long
-def test_saving_the_map_reports_that_the_scene_contains_the_grid(window, tmp_path, monkeypatch):
+def test_saving_the_map_reports_that_the_scene_contains_the_grid(window, tmp_path, choose_file):
     place_grid(window)
-    monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(tmp_path / "own.npz"))
+    choose_file("save_file", tmp_path / "own.npz")
     window.action("save_map_as").trigger()
     assert "Save the scene too" in window.notification_bar.text
     assert window.presenters.map_files.unsaved == ("skin",)
@@ -193,10 +192,7 @@ def test_grid_and_edits_are_restored_after_a_crash(window, prepared):
 @pytest.mark.long
 def test_replay_and_live_input_keep_the_grid(window, tmp_path):
     place_grid(window)
-    window.live.recording.start(tmp_path / "a.mcap")
-    run(window, 0.1)
-    window.live.recording.stop()
-    window.live.open_recording(tmp_path / "a.mcap")
+    replay_run(window, tmp_path / "a.mcap", 0.1)
     window.live.replay.leave()
     assert window.action("undo").isEnabled()
     (tmp_path / "readings.csv").write_text("# unit: Pa\ntime,0,1\n0.0,0,0\n0.1,0,0\n")
@@ -214,9 +210,7 @@ def test_replay_and_live_input_keep_the_grid(window, tmp_path):
 def record_grid(window, path):
     """Record a scene with a grid that is in no scene file."""
     place_grid(window)
-    window.live.recording.start(path)
-    run(window, 0.2)
-    window.live.recording.stop()
+    record_run(window, path, 0.2)
 
 
 def take_over(window, path, qtbot):
@@ -230,7 +224,7 @@ def take_over(window, path, qtbot):
     assert len(window.live.prepared.scene.grids) == 1
 
 
-def test_grid_of_a_continued_recording_is_unsaved(window, tmp_path, qtbot, monkeypatch, prepared):
+def test_grid_of_a_continued_recording_is_unsaved(window, tmp_path, qtbot, choose_file, prepared):
     record_grid(window, tmp_path / "a.mcap")
     take_over(window, tmp_path / "a.mcap", qtbot)
     assert window.isWindowModified(), "the same grid was placed before, and is not in a file either"
@@ -242,7 +236,7 @@ def test_grid_of_a_continued_recording_is_unsaved(window, tmp_path, qtbot, monke
     window.close()
     assert question(window) == ["leave"]
     answer(window, Button.Cancel)
-    monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(tmp_path / "own.toml"))
+    choose_file("save_file", tmp_path / "own.toml")
     window.action("save_scene").trigger()
     assert load_scene(str(tmp_path / "own.toml")).grids == window.live.prepared.scene.grids
     assert window.presenters.map_files.unsaved == ()
@@ -273,7 +267,7 @@ def test_changes_of_the_skin_are_listed_in_the_history_and_reached_from_it(windo
         ]
 
     def click(row):
-        QTest.mouseClick(panel.list.viewport(), LEFT, pos=panel.list.visualRect(panel.steps.index(row)).center())
+        left_click(panel.list.viewport(), panel.list.visualRect(panel.steps.index(row)).center())
         run(window, 0.02)
         return len(window.live.prepared.scene.grids)
 

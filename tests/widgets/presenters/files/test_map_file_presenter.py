@@ -7,9 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from PySide6.QtCore import Qt, QTimer
-from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QMessageBox, QToolButton
+from PySide6.QtCore import QTimer
+from PySide6.QtWidgets import QMessageBox
 
 from tactile_maps.editing.arrange import move, rotate
 from tactile_maps.editing.document_file import DocumentFile, load_document, save_document
@@ -22,7 +21,7 @@ from tactile_widgets.common.settings import Settings
 from tactile_widgets.session.backends import INLINE
 from tactile_widgets.window.main_window import MainWindow
 from tests.support.special_files import is_special, make_special_file, special_kinds
-from tests.widgets.support.window_driver import answer, run
+from tests.widgets.support.window_driver import answer, click_remedy, replay_run, run
 
 
 @pytest.fixture
@@ -49,14 +48,14 @@ def message(window):
     return window.notification_bar.text
 
 
-def test_edit_is_unsaved_until_saved_or_undone(window, files, tmp_path, monkeypatch):
+def test_edit_is_unsaved_until_saved_or_undone(window, files, tmp_path, choose_file):
     assert files.unsaved
     assert window.isWindowModified()
     window.editor.undo()
     assert not files.unsaved
     window.editor.redo()
     chosen = tmp_path / "my map"
-    monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(chosen))
+    choose_file("save_file", chosen)
     window.action("save").trigger()
     assert not files.unsaved
     assert not window.isWindowModified()
@@ -69,8 +68,8 @@ def test_edit_is_unsaved_until_saved_or_undone(window, files, tmp_path, monkeypa
 
 
 @pytest.mark.long
-def test_second_save_uses_the_same_file(window, files, tmp_path, monkeypatch):
-    monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(tmp_path / "a.npz"))
+def test_second_save_uses_the_same_file(window, files, tmp_path, monkeypatch, choose_file):
+    choose_file("save_file", tmp_path / "a.npz")
     window.action("save").trigger()
     monkeypatch.setattr(FileDialog, "save_file", lambda *_args: pytest.fail("asked again"))
     window.editor.do("Move", lambda document: move(document, [0], (0.1, 0.0)))
@@ -81,9 +80,9 @@ def test_second_save_uses_the_same_file(window, files, tmp_path, monkeypatch):
 
 @pytest.mark.long
 @pytest.mark.parametrize("kind", special_kinds())
-def test_special_file_is_not_replaced(window, files, tmp_path, monkeypatch, kind):
+def test_special_file_is_not_replaced(window, files, tmp_path, choose_file, kind):
     path = make_special_file(kind, tmp_path / "a.npz")
-    monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(path))
+    choose_file("save_file", path)
     window.editor.do("Move", lambda document: move(document, [0], (0.1, 0.0)))
     window.action("save_map_as").trigger()
     assert f"not a regular file (found: a {kind})" in window.notification_bar.text
@@ -91,8 +90,8 @@ def test_special_file_is_not_replaced(window, files, tmp_path, monkeypatch, kind
     assert files.unsaved
 
 
-def test_failed_saving_shows_a_message_and_the_map_stays_unsaved(window, files, tmp_path, monkeypatch):
-    monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(tmp_path / "none" / "a.npz"))
+def test_failed_saving_shows_a_message_and_the_map_stays_unsaved(window, files, tmp_path, choose_file):
+    choose_file("save_file", tmp_path / "none" / "a.npz")
     window.action("save").trigger()
     assert files.unsaved
     assert "cannot be written" in message(window)
@@ -131,9 +130,9 @@ def test_map_of_another_skin_is_rejected(window, files, tmp_path, kind):
 @pytest.mark.long
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("ending", [".obj", ".svg", ".csv", ".npz", ".png", ".xml"])
-def test_map_is_exported_in_each_format(window, files, tmp_path, monkeypatch, ending):
+def test_map_is_exported_in_each_format(window, files, tmp_path, choose_file, ending):
     path = tmp_path / f"map{ending}"
-    monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(path))
+    choose_file("save_file", path)
     window.action("export_map").trigger()
     assert path.stat().st_size > 1000
     assert files.unsaved, "an export is no save"
@@ -187,9 +186,9 @@ def test_cancel_keeps_the_window_with_unsaved_edits_open(window, files):
 
 
 @pytest.mark.long
-def test_closing_saves_unsaved_edits(new_window, tmp_path, monkeypatch):
+def test_closing_saves_unsaved_edits(new_window, tmp_path, choose_file):
     window = edited(new_window)
-    monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(tmp_path / "a.npz"))
+    choose_file("save_file", tmp_path / "a.npz")
     layout = window.editor.document.layout
     window.close()
     answer(window, QMessageBox.StandardButton.Save)
@@ -276,13 +275,6 @@ def left(window, files, prepared):
     return document
 
 
-def click(window, text):
-    """Click the button of the message with this text."""
-    bar = window.notification_bar
-    (button,) = [button for button in bar.findChildren(QToolButton) if button.text() == text and button.isVisible()]
-    QTest.mouseClick(button, Qt.MouseButton.LeftButton)
-
-
 def copies(tmp_path):
     """Autosaves on the disk."""
     return list((tmp_path / "state").rglob("*.autosave"))
@@ -292,9 +284,9 @@ def copies(tmp_path):
 def test_offer_to_restore_returns_after_other_messages(window, left):
     window.notifier.say("Something else")
     assert window.notification_bar.text == "Something else"
-    click(window, "Dismiss")
+    click_remedy(window, "Dismiss")
     assert "not saved when the program ended" in window.notification_bar.text
-    click(window, "Later")
+    click_remedy(window, "Later")
     assert window.notification_bar.text == ""
     assert window.action("restore_map").isEnabled(), "still in the menu"
     click_menu = window.action("restore_map")
@@ -313,17 +305,14 @@ def test_offer_to_restore_is_kept_while_another_scene_is_shown(window, left, pre
     window.presenters.map_files.leave(lambda: window.live.show_prepared(reopened(prepared)))
     answer(window, QMessageBox.StandardButton.Discard)
     assert len(copies(tmp_path)) == 1
-    click(window, "Restore edits")
+    click_remedy(window, "Restore edits")
     assert window.editor.document.layout == left.layout
     assert window.isWindowModified()
 
 
 @pytest.mark.long
 def test_offer_to_restore_is_hidden_during_a_replay(window, left, tmp_path):
-    window.live.recording.start(tmp_path / "a.mcap")
-    run(window, 0.1)
-    window.live.recording.stop()
-    window.live.open_recording(tmp_path / "a.mcap")
+    replay_run(window, tmp_path / "a.mcap", 0.1)
     assert "not saved when" not in window.notification_bar.text
     assert not window.action("restore_map").isEnabled()
     window.live.replay.leave()
@@ -353,11 +342,11 @@ def test_undecided_offer_returns_at_the_next_start(window, left, prepared, tmp_p
 def test_restoring_over_newer_edits_asks_first(window, left, tmp_path):
     window.editor.do("Move", lambda document: move(document, [0], (0.05, 0.0)))
     newer = window.editor.document
-    click(window, "Restore edits")
+    click_remedy(window, "Restore edits")
     answer(window, QMessageBox.StandardButton.Cancel, "restore")
     assert window.editor.document is newer
     assert "not saved when" in message(window)
-    click(window, "Restore edits")
+    click_remedy(window, "Restore edits")
     answer(window, QMessageBox.StandardButton.Yes, "restore")
     assert window.editor.document.layout == left.layout
     window.action("undo").trigger()
@@ -367,7 +356,7 @@ def test_restoring_over_newer_edits_asks_first(window, left, tmp_path):
 @pytest.mark.long
 def test_restored_autosave_is_replaced_by_a_new_one(window, files, left, tmp_path):
     (before,) = copies(tmp_path)
-    click(window, "Restore edits")
+    click_remedy(window, "Restore edits")
     (after,) = copies(tmp_path)
     assert after != before
     assert load_document(after).layout == left.layout
@@ -375,11 +364,11 @@ def test_restored_autosave_is_replaced_by_a_new_one(window, files, left, tmp_pat
 
 @pytest.mark.long
 def test_discarding_an_autosave_asks_first(window, left, tmp_path):
-    click(window, "Discard edits")
+    click_remedy(window, "Discard edits")
     answer(window, QMessageBox.StandardButton.Cancel, "discard")
     assert "not saved when" in message(window)
     assert copies(tmp_path)
-    click(window, "Discard edits")
+    click_remedy(window, "Discard edits")
     answer(window, QMessageBox.StandardButton.Discard, "discard")
     assert message(window) == ""
     assert not copies(tmp_path)
@@ -387,9 +376,9 @@ def test_discarding_an_autosave_asks_first(window, left, tmp_path):
 
 
 @pytest.mark.long
-def test_edits_of_a_saved_map_are_restored_after_a_crash(window, files, prepared, tmp_path, monkeypatch):
+def test_edits_of_a_saved_map_are_restored_after_a_crash(window, files, prepared, tmp_path, choose_file):
     path = tmp_path / "own.npz"
-    monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(path))
+    choose_file("save_file", path)
     window.action("save").trigger()
     window.editor.do("Move", lambda document: move(document, [0], (0.05, 0.0)))
     layout = window.editor.document.layout
@@ -397,7 +386,7 @@ def test_edits_of_a_saved_map_are_restored_after_a_crash(window, files, prepared
     files._wait()
     window.live.show_prepared(reopened(prepared))
     assert "own.npz has edits" in message(window)
-    click(window, "Restore edits")
+    click_remedy(window, "Restore edits")
     assert files.path == path
     assert files.unsaved
     assert window.editor.document.layout == layout
@@ -434,9 +423,9 @@ def test_two_windows_use_separate_autosaves(window, files, prepared, tmp_path, q
     assert kept.read_bytes() == content
 
 
-def test_file_changed_by_another_window_is_replaced_after_a_question(window, files, prepared, tmp_path, monkeypatch):
+def test_file_changed_by_another_window_is_replaced_after_a_question(window, files, prepared, tmp_path, choose_file):
     path = tmp_path / "shared.npz"
-    monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(path))
+    choose_file("save_file", path)
     window.action("save").trigger()
     theirs = rotate(window.editor.document, [0], 0.25)
     save_document(theirs, path)
@@ -469,7 +458,8 @@ def test_failed_autosave_is_reported_once(new_window, qtbot, tmp_path):
     files._file._folder = tmp_path / "blocked"
     files._timer.setInterval(1)
     qtbot.waitUntil(lambda: "cannot be written" in message(window))
-    count = window.notification_bar._shown_count
+    shown = []
+    window.context.notifier.message_shown.connect(shown.append)
     asked = []
     again = QTimer(window)
     again.timeout.connect(lambda: asked.append(files._timer.isActive()))
@@ -477,7 +467,7 @@ def test_failed_autosave_is_reported_once(new_window, qtbot, tmp_path):
     qtbot.waitUntil(lambda: len(asked) > 100)
     again.stop()
     assert not any(asked)
-    assert window.notification_bar._shown_count == count
+    assert not shown
 
 
 def test_unexpected_error_of_an_autosave_is_reported(window, files, tmp_path, monkeypatch):

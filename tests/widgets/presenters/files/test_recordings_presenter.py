@@ -20,14 +20,12 @@ from tactile_maps.recording.player import RecordingPlayer
 from tactile_maps.recording.recorder import Recorder
 from tactile_maps.session.session import Session
 from tactile_widgets.common.colours import PressureScale
-from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.dialogs.recordings_dialog import RecordingsDialog
 from tactile_widgets.jobs.executor import ProcessExecutor
 from tactile_widgets.plots.timeline.playhead import Span
 from tests.support.recordings import with_checksum_damage
+from tests.widgets.support.mouse import left_click
 from tests.widgets.support.window_driver import cancel
-
-LEFT = Qt.MouseButton.LeftButton
 
 
 @pytest.fixture(scope="module")
@@ -75,7 +73,7 @@ def text(dialog, name, column):
 
 def click(dialog, name, button):
     dialog.table.selectRow(row_of(dialog, name))
-    QTest.mouseClick(dialog.findChild(QPushButton, f"recordings-{button}"), LEFT)
+    left_click(dialog.findChild(QPushButton, f"recordings-{button}"))
 
 
 @pytest.mark.long
@@ -114,7 +112,7 @@ def test_recordings_are_listed_labelled_replayed_and_deleted(window_again, dialo
 
 
 @pytest.mark.long
-def test_range_and_episodes_are_saved_as_recordings(window_again, folder, recorded, monkeypatch):
+def test_range_and_episodes_are_saved_as_recordings(window_again, folder, recorded, choose_file):
     window = window_again
     part = folder / "part.mcap"
     save_annotations(
@@ -122,11 +120,11 @@ def test_range_and_episodes_are_saved_as_recordings(window_again, folder, record
     )
     window.live.open_recording(folder / "one.mcap")
     window.timeline.set_range(Span(0.1, 0.3))
-    monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(part))
+    choose_file("save_file", part)
     window.action("trim_range").trigger()
     assert [RecordingPlayer(part).frame(k).tick for k in (0, -1)] == [21, 61]
     assert "Saved" in window.notification_bar.text
-    monkeypatch.setattr(FileDialog, "choose_folder", lambda *_args: str(folder / "parts"))
+    choose_file("choose_folder", folder / "parts")
     window.action("save_episodes").trigger()
     assert sorted(path.name for path in (folder / "parts").iterdir()) == ["01 a.mcap", "02 b.mcap"]
     (folder / "parts" / "01 a.mcap").unlink()
@@ -135,7 +133,7 @@ def test_range_and_episodes_are_saved_as_recordings(window_again, folder, record
     assert "02 b.mcap: the file already exists" in window.notification_bar.text
     assert "remove this file first" in window.notification_bar.text
     assert [(path.name, path.read_bytes()) for path in (folder / "parts").iterdir()] == [("02 b.mcap", b"precious")]
-    monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(folder / "one.mcap"))
+    choose_file("save_file", folder / "one.mcap")
     window.action("trim_range").trigger()
     assert "into itself" in window.notification_bar.text
     assert (folder / "one.mcap").read_bytes() == recorded
@@ -143,17 +141,17 @@ def test_range_and_episodes_are_saved_as_recordings(window_again, folder, record
     window.live.replay.leave()
 
 
-def test_summary_of_saved_parts_names_the_damage_of_the_recording(window_again, folder, recorded, monkeypatch):
+def test_summary_of_saved_parts_names_the_damage_of_the_recording(window_again, folder, recorded, choose_file):
     window = window_again
     path = folder / "one.mcap"
     path.write_bytes(with_checksum_damage(recorded))
     save_annotations(path, Annotations(episodes=(LabelledEpisode(10, 20, "a"), LabelledEpisode(30, 35, "b"))))
     window.live.open_recording(path)
     window.timeline.set_range(Span(0.1, 0.3))
-    monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(folder / "part.mcap"))
+    choose_file("save_file", folder / "part.mcap")
     window.action("trim_range").trigger()
     assert "part.mcap with the damage of the recording: the file does not match" in window.notification_bar.text
-    monkeypatch.setattr(FileDialog, "choose_folder", lambda *_args: str(folder / "parts"))
+    choose_file("choose_folder", folder / "parts")
     window.action("save_episodes").trigger()
     assert window.notification_bar.text.startswith("Saved 2 episodes")
     assert window.notification_bar.text.count("does not match its checksum") == 1
@@ -161,14 +159,14 @@ def test_summary_of_saved_parts_names_the_damage_of_the_recording(window_again, 
 
 
 @pytest.mark.long
-def test_cancelled_part_leaves_no_file(new_window, folder, monkeypatch, qtbot):
+def test_cancelled_part_leaves_no_file(new_window, folder, choose_file, qtbot):
     window = new_window
     presenter = new_window.presenters.recordings
     worker = ProcessExecutor("test", window)
     presenter._cutter = worker
     window.live.open_recording(folder / "one.mcap")
     window.timeline.set_range(Span(0.1, 0.3))
-    monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(folder / "part.mcap"))
+    choose_file("save_file", folder / "part.mcap")
     window.action("trim_range").trigger()
     qtbot.waitUntil(lambda: any(path.name.startswith(".") for path in folder.iterdir()), timeout=60_000)
     cancel(window)

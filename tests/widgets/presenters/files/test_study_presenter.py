@@ -12,9 +12,9 @@ from tactile_maps.core.assets import asset
 from tactile_maps.studies.catalogue import STUDY_NAMES, load_study
 from tactile_maps.studies.running.study_table import read_study_table
 from tactile_widgets.common.colours import LIGHT
-from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.dialogs.study_dialog import StudyDialog
 from tactile_widgets.presenters.files.study_presenter import no_replay
+from tests.widgets.support.mouse import left_click
 
 LOOPS = asset("findings", "loop-laws.csv")
 PATHS = asset("findings", "representation.csv")
@@ -40,10 +40,10 @@ def test_click_on_a_point_lists_its_rows(window_again):
     drawn = [item.yData for item in lines]
     assert any(1236.1 in y for y in drawn), "the onset that theory predicts at a delay of 2 is drawn"
     at = dialog.plot.on_canvas(point).toPoint()
-    QTest.mouseClick(dialog.plot.canvas.viewport(), Qt.MouseButton.LeftButton, pos=at)
+    left_click(dialog.plot.canvas.viewport(), at)
     assert dialog.model.rows == list(point.rows)
     assert {(row["law"], row["delay"]) for row in dialog.model.rows} == {("onset", 2)}
-    QTest.mouseClick(dialog.findChild(QPushButton, "study-all-rows"), Qt.MouseButton.LeftButton)
+    left_click(dialog.findChild(QPushButton, "study-all-rows"))
     assert {row["law"] for row in dialog.model.rows} == {"onset"}
     assert len(dialog.model.rows) > len(point.rows)
     dialog.set_theme(LIGHT)
@@ -63,7 +63,7 @@ def test_chart_names_the_median_and_missing_columns(window_again):
     dialog.close()
 
 
-def test_findings_are_listed_and_a_broken_table_is_reported(window_again, tmp_path, monkeypatch):
+def test_findings_are_listed_and_a_broken_table_is_reported(window_again, tmp_path, choose_file):
     menu = QMenu()
     window_again.presenters.studies.list_findings(menu)
     assert len(menu.actions()) == len(list(asset("findings").glob("*.csv")))
@@ -71,7 +71,7 @@ def test_findings_are_listed_and_a_broken_table_is_reported(window_again, tmp_pa
     shown(window_again).close()
     menu.deleteLater()
     (tmp_path / "mine.csv").write_text("level,seed\n1\n", encoding="utf8")
-    monkeypatch.setattr(FileDialog, "open_file", lambda *_args: str(tmp_path / "mine.csv"))
+    choose_file("open_file", tmp_path / "mine.csv")
     window_again.action("open_study").trigger()
     assert "line 2 is incomplete" in window_again.notification_bar.text
 
@@ -106,7 +106,7 @@ def test_run_of_a_row_is_simulated_and_replayed(window_again):
     window_again.presenters.studies.open(str(PATHS))
     dialog = shown(window_again)
     dialog.view.selectRow(0)
-    QTest.mouseClick(dialog.replay, Qt.MouseButton.LeftButton)
+    left_click(dialog.replay)
     player = window_again.live.replay.player
     assert player is not None
     assert player.path.stem == "representation arm nominal 0"

@@ -8,8 +8,6 @@ from functools import partial
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import Qt
-from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QMessageBox, QToolButton
 
 from tactile_maps.contacts.pipeline import reading_from
@@ -26,10 +24,10 @@ from tactile_widgets.dialogs.dialogs import Button
 from tests.support.touch import bar_map
 from tests.widgets.presenters.files.test_grid_edits import autosave, place_grid
 from tests.widgets.presenters.test_live_input_presenter import connect, draw_path
-from tests.widgets.support.window_driver import answer, press_map, run
+from tests.widgets.support.mouse import left_click, left_release
+from tests.widgets.support.window_driver import answer, press_map, record_run, replay_run, run
 
 pytestmark = pytest.mark.usefixtures("scene_cache")
-LEFT = Qt.MouseButton.LeftButton
 TAXELS = 150
 COARSE = 0.01
 """Thickness of the skin [m]; its triangles are as large."""
@@ -60,7 +58,7 @@ def test_first_map_of_a_scene_without_a_file_proposes_its_name_for_the_scene(win
     assert f"Save the scene as {saved.stem}.toml to open both together" in window.notification_bar.text
     QApplication.processEvents()
     button = window.notification_bar.findChildren(QToolButton, "message-remedy")[-1]
-    QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+    left_click(button)
     assert saving == ["Save map", "Save scene"]
     assert load_scene(str(saved.with_suffix(".toml"))).robot == "arm"
     window.editor.do("Rotate", lambda document: rotate(document, [0], 0.5))
@@ -133,9 +131,7 @@ def test_drawn_path_is_asked_about_and_kept(window):
 
 @pytest.mark.parametrize("name", ["take_over", pytest.param("connect", marks=pytest.mark.long)])
 def test_action_in_a_replay_asks_about_the_unsaved_path_of_the_scene(window, tmp_path, name):
-    window.live.recording.start(tmp_path / "a.mcap")
-    run(window, 0.2)
-    window.live.recording.stop()
+    record_run(window, tmp_path / "a.mcap", 0.2)
     draw_path(window, (5, 12, 20))
     own = made(window)
     window.live.open_recording(tmp_path / "a.mcap")
@@ -292,10 +288,7 @@ def test_path_and_behaviours_are_restored_after_a_crash(window, prepared):
 def test_recording_with_the_same_path_is_taken_over_without_a_question(window, tmp_path, qtbot):
     draw_path(window, (5, 12, 20))
     own = made(window)
-    window.live.recording.start(tmp_path / "a.mcap")
-    run(window, 0.2)
-    window.live.recording.stop()
-    window.live.open_recording(tmp_path / "a.mcap")
+    replay_run(window, tmp_path / "a.mcap", 0.2)
     window.action("take_over").trigger()
     assert question(window) == ""
     qtbot.waitUntil(lambda: window.live.mode is Mode.RUNNING)
@@ -306,7 +299,7 @@ def test_change_by_a_behaviour_is_not_work_of_the_user(window):
     window.live.set_behaviours((Behaviour("touch", then={"controller": "hold_force"}),))
     pixel = press_map(window, 20)
     run(window, 0.5)
-    QTest.mouseRelease(window.map_view.viewport(), LEFT, pos=pixel)
+    left_release(window.map_view.viewport(), pixel)
     assert made(window).controller == "hold_force"
     assert window.presenters.map_files.unsaved == ("behaviours",)
 
@@ -316,7 +309,7 @@ def test_repeated_touches_keep_behaviours_and_contact_detection(window, tmp_path
     window.live.recording.start(tmp_path / "a.mcap")
     pixel = press_map(window, 20)
     run(window, 0.2)
-    QTest.mouseRelease(window.map_view.viewport(), LEFT, pos=pixel)
+    left_release(window.map_view.viewport(), pixel)
     run(window, 0.1)
     window.live.recording.stop()
     behaviours = (Behaviour("tap", times=2, then={"task": "retreat"}),)

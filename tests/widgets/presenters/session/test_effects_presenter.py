@@ -6,8 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from PySide6.QtCore import Qt
-from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QPushButton, QToolButton
 
 from tactile_maps.scene.scene import with_override
@@ -15,11 +13,10 @@ from tactile_maps.scene.stability import stability_warning
 from tactile_maps.session.inputs import EffectsChanged
 from tactile_maps.studies.study.work_precision import Setting
 from tactile_widgets.common.mode import Mode
-from tests.widgets.support.window_driver import press_map, run
+from tests.widgets.support.mouse import left_click
+from tests.widgets.support.window_driver import choose_effect, press_map, run
 
 pytestmark = pytest.mark.long
-
-LEFT = Qt.MouseButton.LeftButton
 
 
 @pytest.fixture
@@ -33,12 +30,6 @@ def panel(window):
     return window.column["effects"]
 
 
-def choose(panel, key, value):
-    """Choose an effect in the panel."""
-    line = panel.lines[key]
-    line.box.activated.emit(next(k for k in range(line.box.count()) if line.box.itemData(k) == value))
-
-
 def in_force(window):
     return window.live.runner.session.effects
 
@@ -50,7 +41,7 @@ def test_chosen_effect_acts_at_the_next_tick_and_keeps_the_state(window, panel):
     before = window.live.runner.session.frame
     assert before.pokes
     assert before.regions
-    choose(panel, "noise", "on")
+    choose_effect(window, "noise", "on")
     run(window, 0.005)
     after = window.live.runner.session.frame
     assert in_force(window).sensor.noise is not None
@@ -63,20 +54,20 @@ def test_chosen_effect_acts_at_the_next_tick_and_keeps_the_state(window, panel):
 
 def test_auto_removes_a_choice(window, panel):
     opened = window.presenters.effects.scene
-    choose(panel, "noise", "on")
-    choose(panel, "friction", "on")
+    choose_effect(window, "noise", "on")
+    choose_effect(window, "friction", "on")
     run(window, 0.01)
-    choose(panel, "noise", "auto")
+    choose_effect(window, "noise", "auto")
     run(window, 0.01)
     assert in_force(window) == with_override(opened, "friction", "on").effects
-    QTest.mouseClick(panel.findChild(QPushButton, "effects-all-auto"), LEFT)
+    left_click(panel.findChild(QPushButton, "effects-all-auto"))
     run(window, 0.01)
     assert in_force(window) == opened.effects
     assert not any(line.marked for line in panel.lines.values())
 
 
 def test_choice_equal_to_the_automatic_value_is_stored(window, panel):
-    choose(panel, "joint_limits", "on")
+    choose_effect(window, "joint_limits", "on")
     run(window, 0.01)
     assert panel.lines["joint_limits"].marked
     assert window.presenters.effects.scene.overrides["joint_limits"] == "on"
@@ -104,16 +95,16 @@ def test_contradicting_choice_is_rejected(window, panel):
 @pytest.fixture
 def in_a_corner(window, panel):
     """Choose an unstable integrator: long explicit steps while bodies touch."""
-    choose(panel, "contact", "all")
+    choose_effect(window, "contact", "all")
     run(window, 0.01)
-    choose(panel, "integrator", "euler")
+    choose_effect(window, "integrator", "euler")
     run(window, 0.01)
     for step in (0.0025, 0.005):
         scene = with_override(window.presenters.effects.scene, "timestep", step)
         if stability_warning(scene.effects, scene.layer) != stability_warning(
             window.presenters.effects.scene.effects, window.presenters.effects.scene.layer
         ):
-            choose(panel, "timestep", step)
+            choose_effect(window, "timestep", step)
             return scene
     return pytest.fail("the table knows no corner here")
 
@@ -125,7 +116,7 @@ def test_unstable_choice_needs_a_confirmation(window, panel, in_a_corner):
     assert panel.lines["timestep"].words[1] == "0.001 s"
     button = window.notification_bar.findChild(QToolButton, "message-remedy")
     assert button.text() == "Use anyway"
-    QTest.mouseClick(button, LEFT)
+    left_click(button)
     run(window, 0.005)
     assert in_force(window).timestep == in_a_corner.effects.timestep
     assert panel.findChild(object, "effects-warnings").isVisibleTo(panel)
@@ -135,7 +126,7 @@ def test_unstable_choice_can_be_declined(window, panel, in_a_corner):
     before = in_force(window)
     keep = window.notification_bar.findChild(QToolButton, "message-dismiss")
     assert keep.text() == "Keep"
-    QTest.mouseClick(keep, LEFT)
+    left_click(keep)
     run(window, 0.02)
     assert in_force(window) == before
     assert window.notification_bar.text == ""
@@ -143,7 +134,7 @@ def test_unstable_choice_can_be_declined(window, panel, in_a_corner):
 
 def test_effects_chosen_while_paused_are_kept_after_a_reset(window, panel):
     window.action("pause").trigger()
-    choose(panel, "noise", "on")
+    choose_effect(window, "noise", "on")
     window.action("reset").trigger()
     window.action("pause").trigger()
     run(window, 0.02)
@@ -152,15 +143,15 @@ def test_effects_chosen_while_paused_are_kept_after_a_reset(window, panel):
 
 
 def test_replay_shows_its_effects_and_accepts_no_choice(window, panel, tmp_path):
-    choose(panel, "noise", "on")
+    choose_effect(window, "noise", "on")
     run(window, 0.1)
     path = tmp_path / "effects.mcap"
     window.live.recording.start(path)
     run(window, 0.2)
-    choose(panel, "friction", "on")
+    choose_effect(window, "friction", "on")
     run(window, 0.2)
     window.live.recording.stop()
-    choose(panel, "noise", "auto")
+    choose_effect(window, "noise", "auto")
     run(window, 0.1)
     window.live.open_recording(path)
     assert panel.lines["noise"].words[1] == "on"

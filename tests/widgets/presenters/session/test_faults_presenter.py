@@ -11,19 +11,13 @@ from tactile_maps.recording.player import open_recording
 from tactile_widgets.overlays.taxel_faults import Fault
 from tactile_widgets.panels.touch.contacts_panel import ContactsPanel
 from tactile_widgets.session.live_input import LiveInputSettings
-from tests.widgets.support.window_driver import run
+from tests.widgets.support.window_driver import choose_effect, run
 
 
 @pytest.fixture
 def window(window_again):
     """Effects begin again with the scene, and what was connected is disconnected."""
     return window_again
-
-
-def choose(window, key, value):
-    """Choose an effect in the panel."""
-    line = window.column["effects"].lines[key]
-    line.box.activated.emit(next(k for k in range(line.box.count()) if line.box.itemData(k) == value))
 
 
 def shown(window):
@@ -37,7 +31,7 @@ def shown(window):
 @pytest.mark.long
 def test_simulated_dead_taxels_are_marked(window):
     assert shown(window) == ({}, False, "")
-    choose(window, "dead_taxels", "on")
+    choose_effect(window, "dead_taxels", "on")
     run(window, 0.02)
     on_map, on_body, words = shown(window)
     assert Fault.DEAD in on_map
@@ -45,7 +39,7 @@ def test_simulated_dead_taxels_are_marked(window):
     broken = int(np.count_nonzero(window.views.faults.broken))
     assert words.startswith(f"{broken} broken taxel")
     assert "estimated from neighbours" in words
-    choose(window, "dead_taxels", "auto")
+    choose_effect(window, "dead_taxels", "auto")
     run(window, 0.02)
     assert shown(window) == ({}, False, "")
 

@@ -14,7 +14,6 @@ from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.recording.recorder import Recorder
 from tactile_maps.session.session import Session
 from tactile_maps.tactile.poke import PokePressed
-from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.common.mode import Mode
 from tactile_widgets.presenters.session.overlay_presenter import first_touch
 from tests.support.recordings import record, small_arm
@@ -39,10 +38,10 @@ def two(prepared, tmp_path_factory):
 
 
 @pytest.fixture
-def window(window_again, two, monkeypatch):
+def window(window_again, two, choose_file):
     """It shows the first, and the second over it."""
     window_again.live.open_recording(two[0])
-    monkeypatch.setattr(FileDialog, "open_file", lambda *_args: str(two[1]))
+    choose_file("open_file", two[1])
     window_again.action("overlay_recording").trigger()
     yield window_again
     window_again.live.replay.leave()
@@ -114,9 +113,9 @@ def test_repeated_touches_use_the_chosen_controller(window, two):
 
 
 @pytest.mark.long
-def test_overlay_of_another_skin_is_rejected(window, tmp_path, monkeypatch):
+def test_overlay_of_another_skin_is_rejected(window, tmp_path, choose_file):
     record(small_arm(), tmp_path / "other.mcap", ticks=5)
-    monkeypatch.setattr(FileDialog, "open_file", lambda *_args: str(tmp_path / "other.mcap"))
+    choose_file("open_file", tmp_path / "other.mcap")
     window.action("overlay_recording").trigger()
     assert "has another skin than" in window.notification_bar.text
     assert window.presenters.overlay.other is None

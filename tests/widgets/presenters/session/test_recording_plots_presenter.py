@@ -18,10 +18,10 @@ from tactile_widgets.jobs.executor import Job, ProcessExecutor
 from tactile_widgets.jobs.recording_jobs import send_curves
 from tactile_widgets.plots.choice.plot_choice import PlotKey, PlotKind
 from tactile_widgets.plots.timeline.playhead import Span
+from tests.widgets.support.mouse import left_click, left_drag
 
 pytestmark = pytest.mark.long
 
-LEFT = Qt.MouseButton.LeftButton
 NONE = Qt.KeyboardModifier.NoModifier
 
 
@@ -49,12 +49,10 @@ def test_curves_of_the_whole_recording_follow_the_timeline(window_again, path):
     forces = plots._values[:, CURVES.index("force")]
     assert len(forces) == 200
     assert forces[:40].max() == 0 < forces[-1]
-    QTest.mouseClick(plots, LEFT, NONE, QPoint(round(plots.x_of(0.5025)), 40))  # between two ticks
+    left_click(plots, QPoint(round(plots.x_of(0.5025)), 40))  # between two ticks
     assert timeline.playhead.time == pytest.approx(0.5, abs=0.01)
     assert window.live.shown.tick == 101
-    QTest.mousePress(plots, LEFT, NONE, QPoint(round(plots.x_of(0.3)), 40))
-    QTest.mouseMove(plots, QPoint(round(plots.x_of(0.6)), 40))
-    QTest.mouseRelease(plots, LEFT, NONE, QPoint(round(plots.x_of(0.6)), 40))
+    left_drag(plots, QPoint(round(plots.x_of(0.3)), 40), QPoint(round(plots.x_of(0.6)), 40))
     assert timeline.range == Span(pytest.approx(0.3, abs=0.01), pytest.approx(0.6, abs=0.01))
     window.action("mark").trigger()
     assert len(plots._notes.marks) == 1

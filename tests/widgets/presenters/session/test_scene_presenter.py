@@ -10,7 +10,7 @@ from tactile_maps.flattening.methods import METHODS
 from tactile_widgets.tools.registry import INTEREST, PINS, SEAMS
 from tests.hard_cases.touch import dressed
 from tests.support.touch import bar, bar_skin
-from tests.widgets.support.window_driver import run
+from tests.widgets.support.window_driver import record_run, run
 
 pytestmark = pytest.mark.long
 
@@ -43,9 +43,7 @@ def test_scene_is_shown_in_the_defined_order(window, prepared, trace):
 
 
 def test_recording_is_shown_in_the_defined_order(window, trace, qtbot, tmp_path):
-    window.live.recording.start(tmp_path / "a.mcap")
-    run(window, 0.2)
-    window.live.recording.stop()
+    record_run(window, tmp_path / "a.mcap", 0.2)
     with qtbot.waitSignal(window.live.replay.player_changed, timeout=60_000):
         window.live.open_recording(tmp_path / "a.mcap")
     assert trace == ORDER

@@ -14,7 +14,7 @@ from tactile_maps.recording.file.damage import DamageKind
 from tactile_widgets.common.mode import Mode
 from tactile_widgets.plots.timeline.scrub_bar import ScrubBar
 from tactile_widgets.session.recording_writer import DiskSpace
-from tests.widgets.support.window_driver import run
+from tests.widgets.support.window_driver import record_run, run
 
 pytestmark = pytest.mark.long
 FULL = Path("/dev/full")
@@ -28,9 +28,7 @@ def window(window_again):
 
 def test_damage_of_a_recording_is_reported_and_marked(window, tmp_path):
     path = tmp_path / "damaged.mcap"
-    window.live.recording.start(path)
-    run(window, 0.6)
-    window.live.recording.stop()
+    record_run(window, path, 0.6)
     data = bytearray(path.read_bytes())
     with path.open("rb") as stream:
         summary = make_reader(stream).get_summary()

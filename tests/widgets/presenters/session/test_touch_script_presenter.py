@@ -4,19 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from PySide6.QtCore import Qt
-from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QToolButton
 
 from tactile_maps.recording.player import RecordingPlayer
 from tactile_maps.stimuli.stimulus_file import load_stimuli
-from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.common.mode import Mode
-from tests.widgets.support.window_driver import blow_up, cancel, press_map, run
+from tests.widgets.support.mouse import left_click, left_release
+from tests.widgets.support.window_driver import blow_up, cancel, press_map, replay_run, run
 
 pytestmark = pytest.mark.long
-
-LEFT = Qt.MouseButton.LeftButton
 
 
 @pytest.fixture
@@ -26,11 +22,11 @@ def window(window_again):
 
 
 @pytest.fixture
-def script(tmp_path, monkeypatch):
+def script(tmp_path, choose_file):
     """The file that both dialogs return."""
     path = tmp_path / "mine.toml"
     for name in ("save_file", "open_file"):
-        monkeypatch.setattr(FileDialog, name, lambda *_args: str(path))
+        choose_file(name, path)
     return path
 
 
@@ -38,7 +34,7 @@ def poke(window, taxel, seconds):
     """Press, hold, lift."""
     pixel = press_map(window, taxel)
     run(window, seconds)
-    QTest.mouseRelease(window.map_view.viewport(), LEFT, pos=pixel)
+    left_release(window.map_view.viewport(), pixel)
     run(window, 0.1)
 
 
@@ -143,10 +139,7 @@ def test_weighing_shows_progress_and_can_be_cancelled(window, monkeypatch):
 
 
 def test_script_actions_are_disabled_during_a_replay(window, tmp_path):
-    window.live.recording.start(tmp_path / "short.mcap")
-    run(window, 0.1)
-    window.live.recording.stop()
-    window.live.open_recording(tmp_path / "short.mcap")
+    replay_run(window, tmp_path / "short.mcap", 0.1)
     for name in ("save_script", "play_script", "weigh"):
         assert not window.action(name).isEnabled()
     window.live.replay.leave()
@@ -158,7 +151,7 @@ def test_stop_is_saved_as_a_report(window, tmp_path):
     blow_up(window.live)
     button = window.notification_bar.findChild(QToolButton, "message-second-remedy")
     assert button.text() == "Save report"
-    QTest.mouseClick(button, LEFT)
+    left_click(button)
     (path,) = (tmp_path / "recordings").glob("stopped*.mcap")
     assert str(path) in window.notification_bar.text, "the reply to the press remains visible"
     player = RecordingPlayer(path)

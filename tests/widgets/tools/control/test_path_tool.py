@@ -25,8 +25,8 @@ from tests.widgets.support.map_view_driver import (
     middle,
     path_in_force,
     set_path_kind,
-    wheel,
 )
+from tests.widgets.support.mouse import turn_wheel
 
 
 @pytest.mark.parametrize("made", [PathTool, TargetTool])
@@ -223,7 +223,7 @@ def test_path_cannot_be_drawn_without_an_arm(hand, lead, tool, corners):
 def test_wheel_and_drag_on_the_plate_change_the_force(drawn, lead, tool):
     drawn.view.viewport().repaint()
     plate = tool._plate._box.center()
-    wheel(drawn.view, plate, 240)
+    turn_wheel(drawn.view.viewport(), plate, 2)
     assert lead.settings.force_goal == 4.0
     pixel = plate.toPoint()
     QTest.mouseMove(drawn.view.viewport(), pixel)

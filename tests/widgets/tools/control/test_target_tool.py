@@ -11,7 +11,8 @@ from PySide6.QtTest import QTest
 
 from tactile_widgets.tools.control.target_tool import TargetTool
 from tactile_widgets.views.interaction.arrow_keys import FINE_STEP, STEP
-from tests.widgets.support.map_view_driver import CAP, LEFT, NONE, SHEET, SHIFT, middle, wheel
+from tests.widgets.support.map_view_driver import CAP, LEFT, NONE, SHEET, SHIFT, middle
+from tests.widgets.support.mouse import turn_wheel
 
 PIXEL = 1.5e-3
 
@@ -109,15 +110,15 @@ def test_delete_removes_the_target(held, lead):
 
 def test_wheel_changes_the_force_on_the_plate_and_zooms_elsewhere(held, lead, tool, centre):
     at = plate(held, tool)
-    wheel(held.view, at, 120)
+    turn_wheel(held.view.viewport(), at)
     assert lead.settings.force_goal == 3.5
     assert held.view.camera.zoom == 1.0
     for _ in range(4):
-        wheel(held.view, at, -60)  # a fine wheel
+        turn_wheel(held.view.viewport(), at, -0.5)  # a fine wheel
     assert lead.settings.force_goal == 2.5
     lead.undo()
     assert lead.settings.force_goal == 3.0
-    wheel(held.view, held.pixel(centre - [0.03, 0.0]).toPointF(), 120)
+    turn_wheel(held.view.viewport(), held.pixel(centre - [0.03, 0.0]))
     assert held.view.camera.zoom > 1.0
 
 

@@ -7,8 +7,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPoint, QPointF, QRectF, Qt
-from PySide6.QtTest import QTest
+from PySide6.QtCore import QPoint, QPointF, QRectF
 
 from tactile_maps.editing.arrange import mirror, move, rotate, scale
 from tactile_maps.editing.document import MapDocument, rename_patch, show_patches
@@ -18,6 +17,7 @@ from tactile_widgets.common.settings import BaseLayer
 from tactile_widgets.views.layers import LAYERS, at_first
 from tactile_widgets.views.map import map_view
 from tests.widgets.support.arrange_driver import bent
+from tests.widgets.support.mouse import left_click
 from tests.widgets.support.samples import leaf_map, middle_taxel, touched
 
 leaves = cache(leaf_map)
@@ -297,5 +297,5 @@ def test_press_during_a_chart_drag_does_not_poke(view, document):
     view.interaction.poke_pressed.connect(pokes.append)
     view.show_document(bent(document), in_gesture=True)
     pixel = view.pixel_of(leaves().skin.taxel_point(0)).toPoint()
-    QTest.mouseClick(view.viewport(), Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, pixel)
+    left_click(view.viewport(), pixel)
     assert pokes == []

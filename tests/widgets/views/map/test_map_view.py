@@ -7,12 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, QPointF, QRectF, Qt
-from PySide6.QtGui import QImage, QPainter, QWheelEvent
+from PySide6.QtGui import QImage, QPainter
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication
 
 from tactile_widgets.common.colours import PressureScale
 from tactile_widgets.views.map.items.map_coordinates import MARGIN_PX
+from tests.widgets.support.heard import Heard
+from tests.widgets.support.mouse import turn_wheel
 from tests.widgets.support.samples import touched
 from tests.widgets.support.snapshots import pixels
 
@@ -22,35 +23,6 @@ NONE = Qt.KeyboardModifier.NoModifier
 OFF_SKIN = QPoint(4, 4)
 
 
-class Heard:
-    """Records the signals of a view."""
-
-    def __init__(self, view):
-        self.acts = []
-        self.hovers = []
-        self.words = []
-        self.painted = []
-        view.interaction.poke_pressed.connect(self._on_pressed)
-        view.interaction.poke_moved.connect(self._on_moved)
-        view.interaction.poke_released.connect(self._on_released)
-        view.interaction.hovered.connect(self.hovers.append)
-        view.readout_changed.connect(self.words.append)
-        view.painted.connect(self.painted.append)
-
-    def _on_pressed(self, at):
-        self.acts.append(("pressed", at))
-
-    def _on_moved(self, at):
-        self.acts.append(("moved", at))
-
-    def _on_released(self):
-        self.acts.append(("released", None))
-
-    @property
-    def kinds(self):
-        return [kind for kind, _ in self.acts]
-
-
 @pytest.fixture
 def view(open_map_view, prepared):
     return open_map_view(700, 600, lambda view: view.show_prepared(prepared))
@@ -58,36 +30,21 @@ def view(open_map_view, prepared):
 
 @pytest.fixture
 def heard(view):
-    return Heard(view)
+    return Heard(view, words=view.readout_changed, painted=view.painted)
 
 
 def pixel_of_taxel(view, prepared, taxel):
     return view.pixel_of(prepared.skin.taxel_point(taxel)).toPoint()
 
 
-def wheel(view, position, notches):
-    place = QPointF(position)
-    event = QWheelEvent(
-        place,
-        view.viewport().mapToGlobal(place),
-        QPoint(),
-        QPoint(0, 120 * notches),
-        Qt.MouseButton.NoButton,
-        NONE,
-        Qt.ScrollPhase.NoScrollPhase,
-        False,
-    )
-    QApplication.sendEvent(view.viewport(), event)
-
-
 @pytest.mark.parametrize("notches", [1, 5, -2])
 def test_wheel_zooms_around_the_pointer(view, notches):
     middle = view.viewport().rect().center()
-    wheel(view, middle, 4)
+    turn_wheel(view.viewport(), middle, 4)
     pointer = middle + QPoint(60, -40)
     before = view.scene_point(QPointF(pointer))
     zoom = view.camera.zoom
-    wheel(view, pointer, notches)
+    turn_wheel(view.viewport(), pointer, notches)
     assert view.camera.zoom == pytest.approx(zoom * 1.2**notches)
     away = view.viewportTransform().map(before) - QPointF(pointer)
     assert np.hypot(away.x(), away.y()) <= 0.01
@@ -103,7 +60,7 @@ def test_keys_zoom_and_pan(view):
 
 def test_resize_keeps_centre_and_zoom(view):
     middle = view.viewport().rect().center()
-    wheel(view, middle + QPoint(30, 20), 3)
+    turn_wheel(view.viewport(), middle + QPoint(30, 20), 3)
     centre = view.camera.centre
     zoom = view.camera.zoom
     view.resize(420, 500)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from tests.widgets.support.robot_view_driver import Heard, open_view, skin_pixel
+from tests.widgets.support.heard import Heard
+from tests.widgets.support.robot_view_driver import open_view, skin_pixel
 
 
 @pytest.fixture
@@ -23,7 +24,7 @@ def view(empty, prepared):
 
 @pytest.fixture
 def heard(view):
-    return Heard(view)
+    return Heard(view, drawn=view.display.drawn)
 
 
 @pytest.fixture

@@ -20,8 +20,9 @@ from tactile_widgets.tools.map_editing.seam_tool import SeamTool
 from tactile_widgets.tools.registry import PINS
 from tactile_widgets.views.overlays.body_overlays import MarkRole, PointMark, SkinTexture, ToolMarks
 from tests.widgets.support.executors import HeldJobs
+from tests.widgets.support.heard import Heard
 from tests.widgets.support.map_view_driver import open_editor
-from tests.widgets.support.robot_view_driver import BESIDE, LEFT, NONE, Heard, open_view, picture, skin_pixel
+from tests.widgets.support.robot_view_driver import BESIDE, LEFT, NONE, open_view, picture, skin_pixel
 from tests.widgets.support.snapshots import pixels
 
 pytestmark = pytest.mark.long

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from tactile_widgets.views.robot.robot_view import _WHEEL_STEP
-from tests.widgets.support.robot_view_driver import BESIDE, picture, pressed_frame, wheel
+from tests.widgets.support.mouse import turn_wheel
+from tests.widgets.support.robot_view_driver import BESIDE, picture, pressed_frame
 
 
 @pytest.fixture
@@ -29,7 +30,7 @@ def test_fitted_robot_stays_completely_visible_after_a_resize(view, prepared):
     places = [view.display.pixel_of(prepared.skin.taxel_point(taxel)) for taxel in taxels]
     assert all(0 < place.x() < 240 and 0 < place.y() < 500 for place in places)
     far = view.display.actors.viewpoint.distance
-    wheel(view, 3)
+    turn_wheel(view.display.canvas.widget, notches=3)
     near = view.display.actors.viewpoint.distance
     assert near == pytest.approx(far / _WHEEL_STEP**3)
     assert near < far

@@ -14,11 +14,10 @@ from tactile_widgets.common.tool_kinds import SELECT_BOX, SelectionMode
 from tactile_widgets.document.taxel_selection import SelectionUpdate
 from tactile_widgets.views.robot.actors.camera import CameraRay
 from tactile_widgets.views.robot.actors.skin_actors import PEELED, morphed, ray_mesh_intersection
+from tests.widgets.support.mouse import left_drag, left_press
 from tests.widgets.support.samples import middle_taxel, touched
 from tests.widgets.support.snapshots import pixels, shared_share
 from tests.widgets.support.window_driver import run, visible_skin
-
-LEFT = Qt.MouseButton.LeftButton
 
 
 @pytest.fixture
@@ -233,7 +232,7 @@ def test_flattening_ends_a_poke(window):
         gestures.poke_pressed.connect(heard.append)
         gestures.poke_released.connect(lambda: heard.append("released"))
     _, pixel = visible_skin(window)
-    QTest.mousePress(window.robot_view.display.canvas.widget, LEFT, pos=pixel)
+    left_press(window.robot_view.display.canvas.widget, pixel)
     assert len(heard) == 1
     lay(window, 0.5)
     assert heard[-1] == "released"
@@ -294,7 +293,7 @@ def test_press_on_flat_skin_pokes(flat, patch):
     for gestures in flat.views.interactions:
         gestures.poke_pressed.connect(heard.append)
     taxel = middle_taxel(flat.live.prepared.map, patch)
-    QTest.mousePress(flat.robot_view.display.canvas.widget, LEFT, pos=pixel(flat, taxel).toPoint())
+    left_press(flat.robot_view.display.canvas.widget, pixel(flat, taxel).toPoint())
     assert len(heard) == 1
     assert heard[0].patch == patch
     assert np.linalg.norm(skin.position(heard[0]) - skin.position(skin.taxel_point(taxel))) < 5e-3
@@ -309,9 +308,7 @@ def test_box_on_flat_skin_selects_enclosed_taxels(flat):
     view = flat.robot_view
     target = flat.robot_view.display.canvas.widget
     start = pixel(flat, middle_taxel(flat.live.prepared.map, 0)).toPoint()
-    QTest.mousePress(target, LEFT, pos=start)
-    QTest.mouseMove(target, start + QPoint(60, 40))
-    QTest.mouseRelease(target, LEFT, pos=start + QPoint(60, 40))
+    left_drag(target, start, start + QPoint(60, 40))
     count = len(flat.live.prepared.skin)
     pixels = np.array([pixel(flat, taxel).toTuple() for taxel in range(count)])
     low = np.array(start.toTuple())

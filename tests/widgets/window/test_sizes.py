@@ -1,21 +1,63 @@
-"""The lower edge loses nothing a person needs, however narrow the window; words that have no room are cut."""
+"""Sizes of the window: the first one fits the screen, and bars lose nothing that a person needs in a narrow window."""
 
 from __future__ import annotations
 
 import pytest
-from PySide6.QtWidgets import QApplication, QToolButton
+from PySide6.QtCore import QMargins, QRect, QSize, Qt
+from PySide6.QtWidgets import QApplication, QLabel, QToolButton
 
 from tactile_widgets.common.make import ElidedLabel
+from tactile_widgets.window.main_window import PREFERRED_SIZE, first_rectangle
 
 WORDS = "Follow a path drawn on the map"
 
 
 @pytest.fixture
 def window(window_again):
-    """The module's window, of the usual size again."""
+    """The module's window; no job runs afterwards."""
     yield window_again
     window_again.loading_bar.clear()
-    window_again.resize(1400, 900)
+
+
+@pytest.mark.parametrize(
+    "room",
+    [QRect(0, 0, 1366, 728), QRect(0, 27, 910, 485), QRect(1920, 0, 1280, 800), QRect(0, 0, 1400, 900)],
+    ids=["laptop", "laptop at scale 1.5", "second screen", "preferred size, except for the frame"],
+)
+def test_first_size_fits_with_the_frame(room):
+    place = first_rectangle(room)
+    assert room.contains(place.marginsAdded(QMargins(8, 40, 8, 8)))
+    assert place.width() >= room.width() - 16 or place.width() == PREFERRED_SIZE.width()
+
+
+def test_preferred_size_is_centred_on_a_large_screen():
+    place = first_rectangle(QRect(0, 0, 2560, 1440))
+    assert place.size() == PREFERRED_SIZE
+    assert (place.center() - QRect(0, 0, 2560, 1440).center()).manhattanLength() <= 2
+
+
+@pytest.mark.long
+def test_small_window_shows_everything(window):
+    window.resize(QSize(900, 600))
+    QApplication.processEvents()  # the plots give room
+    assert window.size() == QSize(900, 600)
+    assert window.minimumSizeHint().height() <= 480, "a laptop of 768 px at scale 1.5"
+
+
+@pytest.mark.parametrize(("width", "worded", "named"), [(900, False, False), (1280, True, False), (1366, True, True)])
+def test_toolbar_shows_texts_if_they_fit(window, width, worded, named):
+    window.resize(width, 700)
+    QApplication.processEvents()
+    bar = window.session_bar
+    assert bar.has_text == worded
+    assert bar.findChild(QLabel, "toolbar-map").isVisible() == named
+    text_and_icon = Qt.ToolButtonStyle.ToolButtonTextBesideIcon
+    assert (bar.select.toolButtonStyle() is text_and_icon) == worded
+    for name in ("pause", "step", "reset", "record", "poke", "undo", "redo"):
+        button = bar.widgetForAction(window.action(name))
+        assert button.isVisible(), name
+        assert button.geometry().right() <= width
+        assert button.accessibleName()
 
 
 @pytest.fixture
