@@ -179,7 +179,6 @@ class MessageStack(FloatingBar):
         self._theme = theme
         self._clock = clock
         self._toasts: list[_Toast] = []
-        self._shown_count = 0
         self._read = make(QTimer, self, interval=500, timeout=self._on_read)
         self._column = column_layout(parent=self, spacing=_GAP)
         self.setObjectName("messages")
@@ -197,7 +196,6 @@ class MessageStack(FloatingBar):
 
     def show_message(self, message: Message) -> None:
         """Show a message below the others; it replaces those of the same operation, or with the same text."""
-        self._shown_count += 1
         self._remove(
             lambda other: other.text == message.text or bool(message.of and other.of == message.of and not other.kept)
         )

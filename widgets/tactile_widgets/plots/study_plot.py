@@ -110,16 +110,14 @@ class StudyPlot(QWidget):
         theme = self._theme
         plot.clear()
         for side, name in zip(("bottom", "left"), self._names, strict=True):
-            axis = self.canvas.getAxis(side)
-            axis.setLabel(name, color=theme.quiet, **{"font-size": "11px"})
-            axis.setPen(pg.mkPen(QColor(theme.line)))
-            axis.setTextPen(pg.mkPen(QColor(theme.quiet)))
+            self.canvas.getAxis(side).setLabel(name, color=theme.quiet, **{"font-size": "11px"})
+        self.canvas.colour_axes(theme)
         plot.showGrid(x=True, y=True, alpha=0.4)
         self._label_values()
         for order, series in enumerate(self._series):
             self._draw_series([point for point in self._points if point.series == series], order)
         if self._marked is not None and (at := self.place(self._marked)) is not None:
-            pen = pg.mkPen(QColor(theme.accent), width=2.5)
+            pen = pg.mkPen(theme.accent, width=2.5)
             plot.addItem(pg.ScatterPlotItem(pos=[at], size=RING_SIZE, brush=None, pen=pen, antialias=True))
         entries: list[tuple[int | str, str]] = [
             (order, cell_text(series)) for order, series in enumerate(self._series) if series is not None
@@ -158,7 +156,7 @@ class StudyPlot(QWidget):
             size=MARKER_SIZE,
             symbol=curve_symbol(order),
             brush=colour,
-            pen=pg.mkPen(QColor(self._theme.panel)),
+            pen=pg.mkPen(self._theme.panel),
             antialias=True,
         )
         scatter.setZValue(10)
@@ -169,7 +167,7 @@ class StudyPlot(QWidget):
         self, drawn: Sequence[tuple[TablePoint, tuple[float, float]]], column: str, style: Qt.PenStyle
     ) -> None:
         """Draw a line if the factor is a number, else a short line at each point."""
-        pen = pg.mkPen(QColor(self._theme.quiet), width=1.2, style=style)
+        pen = pg.mkPen(self._theme.quiet, width=1.2, style=style)
         predicted = [(x, value) for point, (x, _) in drawn if (value := point.predicted(column)) is not None]
         half = _THEORY_WIDTH / 2
         lines = [predicted] if self._values is None else [[(x - half, y), (x + half, y)] for x, y in predicted]

@@ -119,9 +119,7 @@ class LogCanvas(PlotCanvas):
     def set_theme(self, theme: Theme) -> None:
         """Apply a theme."""
         self.name_axis("bottom", "Time (ms)", theme)
-        for axis in (self.left_axis, self.bottom_axis):
-            axis.setPen(pg.mkPen(QColor(theme.line)))
-            axis.setTextPen(pg.mkPen(QColor(theme.quiet)))
+        self.colour_axes(theme)
         self.getPlotItem().showGrid(x=True, y=True, alpha=0.5)
 
     def name_axis(self, side: str, text: str, theme: Theme) -> None:
@@ -206,7 +204,7 @@ class WorkPrecisionPlot(QWidget):
         """Apply a theme."""
         self._theme = theme
         self.canvas.set_theme(theme)
-        self._cursor.setPen(pg.mkPen(QColor(theme.text), width=1.5))
+        self._cursor.setPen(pg.mkPen(theme.text, width=1.5))
         self._draw()
 
     def show_diagram(self, diagram: Diagram, present: Setting | None = None) -> None:
@@ -239,10 +237,10 @@ class WorkPrecisionPlot(QWidget):
         self._fit(diagram.points)
         best = pareto_front(diagram.points)
         if len(best) > 1:
-            pen = pg.mkPen(QColor(self._theme.quiet), width=1, style=Qt.PenStyle.DashLine)
+            pen = pg.mkPen(self._theme.quiet, width=1, style=Qt.PenStyle.DashLine)
             plot.addItem(pg.PlotDataItem(self._logarithms(best), pen=pen, antialias=True))
         for one in diagram.theory:
-            pen = pg.mkPen(QColor(self._theme.quiet), width=1.5, style=Qt.PenStyle.DotLine)
+            pen = pg.mkPen(self._theme.quiet, width=1.5, style=Qt.PenStyle.DotLine)
             plot.addItem(pg.PlotDataItem(np.log10(one.points), pen=pen, antialias=True))
         for limit in diagram.limits:
             pen = pg.mkPen(curve_colour(self._theme, limit.number), width=1, style=LINE_STYLES["upright"])
@@ -311,7 +309,7 @@ class WorkPrecisionPlot(QWidget):
         point = self._point_of(self._present)
         if point is None:
             return
-        pen = pg.mkPen(QColor(self._theme.accent), width=2.5)
+        pen = pg.mkPen(self._theme.accent, width=2.5)
         ring = pg.ScatterPlotItem(pos=self._logarithms([point]), size=RING_SIZE, brush=None, pen=pen, antialias=True)
         ring.setZValue(15)
         self.canvas.getPlotItem().addItem(ring)

@@ -93,7 +93,8 @@ class TouchPresenter(Presenter):
         if session.replay.player is not None:
             notifier.say("This is a recording: it cannot be pressed.", remedies=[actions["take_over"]])
             return False
-        if session.simulating and session.source is not None and not session.source.settings.effects.fingers:
+        run = session.shown_run
+        if session.simulating and run is not None and not run.settings.effects.fingers:
             notifier.say("No finger is simulated in this scene.", remedies=[actions["simulate_fingers"]])
             return False
         return True

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import QPointF, QSize, Qt
-from PySide6.QtGui import QColor, QFont, QPainter, QPaintEvent, QPen
+from PySide6.QtGui import QFont, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QLabel, QWidget
 
 from tactile_maps.core.arrays import FloatArray
@@ -19,7 +19,7 @@ from tactile_maps.studies.controller_comparison import ControllerTrace
 from tactile_widgets.common.colours import Theme
 from tactile_widgets.common.make import column_layout
 from tactile_widgets.plots.curve_legend import curve_colour
-from tactile_widgets.plots.traces.plot_canvas import PlotCanvas
+from tactile_widgets.plots.traces.plot_canvas import PlotCanvas, dashed_pen
 
 LETTERS = "ABCD"
 """Names of contenders; more could not be distinguished."""
@@ -115,9 +115,7 @@ class ComparisonPlots(QWidget):
         for title in self._titles:
             title.setStyleSheet(f"color: {theme.quiet}")
         for plot in self.plots.values():
-            for side in ("left", "bottom"):
-                plot.getAxis(side).setPen(pg.mkPen(QColor(theme.line)))
-                plot.getAxis(side).setTextPen(pg.mkPen(QColor(theme.quiet)))
+            plot.colour_axes(theme)
         self.show_traces(self._traces)
 
     def show_traces(self, traces: Sequence[ControllerTrace]) -> None:
@@ -176,7 +174,7 @@ class ComparisonPlots(QWidget):
         self._titles[list(self.plots).index("joint_speed")].setText(f"Max joint speed ({trace.speed_unit})")
         if reach <= 0.5 * trace.speed_limit:
             return reach
-        pen = pg.mkPen(QColor(self._theme.warning), width=1.2, style=Qt.PenStyle.DashLine)
+        pen = dashed_pen(self._theme.warning, 1.2)
         plot.addItem(pg.InfiniteLine(trace.speed_limit, angle=0, pen=pen))
         return max(reach, trace.speed_limit)
 
@@ -187,7 +185,7 @@ class ComparisonPlots(QWidget):
             goal = trace.force_goal
             if np.isfinite(goal).any() and not any(np.array_equal(goal, one, equal_nan=True) for one in drawn):
                 drawn.append(goal)
-                pen = pg.mkPen(QColor(self._theme.intent), width=1.2, style=Qt.PenStyle.DashLine)
+                pen = dashed_pen(self._theme.intent, 1.2)
                 plot.plot(trace.time, goal, pen=pen, connect="finite")
         return max((float(np.nanmax(goal)) for goal in drawn), default=0.0)
 

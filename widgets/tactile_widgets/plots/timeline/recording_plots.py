@@ -32,8 +32,8 @@ from tactile_maps.recording.overview.curves import CURVES
 from tactile_widgets.common.colours import PressureScale, Theme
 from tactile_widgets.plots.timeline.lane_painter import LEFT, LanePainter, Overlaid
 from tactile_widgets.plots.timeline.lanes import AddedLane, Lane, standard_lanes
-from tactile_widgets.plots.timeline.playhead import Span, clock_text, nice_step
-from tactile_widgets.plots.timeline.scrub_bar import LABEL_ROOM_PX, TimelineNotes
+from tactile_widgets.plots.timeline.playhead import Span, clock_text
+from tactile_widgets.plots.timeline.scrub_bar import TimelineNotes, paint_times
 from tactile_widgets.plots.traces.raster import TaxelRows, columns, paint_ends, raster_image
 
 _RIGHT = 12.0
@@ -397,7 +397,7 @@ class RecordingPlots(QWidget):
         if self._picture is None or self._picture.devicePixelRatio() != self.devicePixelRatio():
             self._picture = self._curves_picture(lanes, caption)
         painter.drawPixmap(0, 0, self._picture)
-        self._paint_times(painter, area)
+        paint_times(painter, self._theme, self._view, self._room, self.x_of, (area.bottom(), self.height() - 4))
         painter.setPen(QPen(QColor(self._theme.accent), 1.5))
         self._paint_moment(painter, self._time, area)
         if self._hover is not None:
@@ -465,18 +465,6 @@ class RecordingPlots(QWidget):
         x = self.x_of(time)
         if area.left() - 1 <= x <= area.right() + 1:
             painter.drawLine(QPointF(x, area.top()), QPointF(x, area.bottom()))
-
-    def _paint_times(self, painter: QPainter, area: QRectF) -> None:
-        step = nice_step(self._view.length, max(int(self._room / LABEL_ROOM_PX), 1))
-        metrics = QFontMetricsF(painter.font())
-        for index in range(int(np.ceil(self._view.start / step)), int(self._view.end / step + 1e-9) + 1):
-            x = self.x_of(index * step)
-            text = clock_text(index * step, decimals=1 if step < 1 else 0)
-            width = metrics.horizontalAdvance(text)
-            painter.setPen(QColor(self._theme.line))
-            painter.drawLine(QPointF(x, area.bottom()), QPointF(x, area.bottom() + 3))
-            painter.setPen(QColor(self._theme.quiet))
-            painter.drawText(QPointF(min(max(x - width / 2, 0.0), self.width() - width), self.height() - 4), text)
 
     @property
     def _taxel_words(self) -> str:

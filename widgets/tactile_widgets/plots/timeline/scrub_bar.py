@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import ceil
 
@@ -37,7 +37,7 @@ _SLIP_HEIGHT = 3.0
 _SLIP_Y = TRACK_Y - _SLIP_HEIGHT - 1.5
 _RANGE_TOP = MARK_Y - 2
 _RANGE_BOTTOM = _EPISODE_Y + _EPISODE_HEIGHT + 1
-LABEL_ROOM_PX = 72
+_LABEL_ROOM_PX = 72
 _EDIT_REACH_PX = 5.0
 """Maximum distance from the pointer at which a mark or a map edit shows its name."""
 
@@ -72,6 +72,38 @@ class TimelineNotes:
     marks: tuple[tuple[float, str], ...] = ()
     episodes: tuple[tuple[float, float, str], ...] = ()
     slips: tuple[tuple[float, float, str], ...] = ()
+
+
+def paint_times(
+    painter: QPainter,
+    theme: Theme,
+    view: Span,
+    room: float,
+    x_of: Callable[[float], float],
+    heights: tuple[float, float],
+) -> None:
+    """Paint ticks and times below an axis.
+
+    Args:
+        painter: Paints on a widget.
+        theme: Colours.
+        view: Part of the recording that is shown [s].
+        room: Width of the axis [px].
+        x_of: Returns the horizontal position of a time [px].
+        heights: Vertical positions of the ticks and of the text [px].
+    """
+    tick, baseline = heights
+    step = nice_step(view.length, max(int(room / _LABEL_ROOM_PX), 1))
+    metrics = QFontMetricsF(painter.font())
+    for index in range(ceil(view.start / step), int(view.end / step + 1e-9) + 1):
+        x = x_of(index * step)
+        text = clock_text(index * step, decimals=1 if step < 1 else 0)
+        width = metrics.horizontalAdvance(text)
+        painter.setPen(QColor(theme.line))
+        painter.drawLine(QPointF(x, tick), QPointF(x, tick + 3))
+        painter.setPen(QColor(theme.quiet))
+        right = painter.device().width() - width
+        painter.drawText(QPointF(min(max(x - width / 2, 0.0), right), baseline), text)
 
 
 class ScrubBar(QWidget):
@@ -309,20 +341,8 @@ class ScrubBar(QWidget):
         return middle - half, middle + half
 
     def _paint_labels(self, painter: QPainter) -> None:
-        if self._duration <= 0:
-            return
-        view = self._view
-        step = nice_step(view.length, max(int(self._room / LABEL_ROOM_PX), 1))
-        decimals = 1 if step < 1 else 0
-        metrics = QFontMetricsF(painter.font())
-        for index in range(ceil(view.start / step), int(view.end / step + 1e-9) + 1):
-            x = self.x_of(index * step)
-            text = clock_text(index * step, decimals=decimals)
-            width = metrics.horizontalAdvance(text)
-            painter.setPen(QColor(self._theme.line))
-            painter.drawLine(QPointF(x, TRACK_Y + 8), QPointF(x, TRACK_Y + 11))
-            painter.setPen(QColor(self._theme.quiet))
-            painter.drawText(QPointF(min(max(x - width / 2, 0.0), self.width() - width), LABEL_Y + 2), text)
+        if self._duration > 0:
+            paint_times(painter, self._theme, self._view, self._room, self.x_of, (TRACK_Y + 8, LABEL_Y + 2))
 
     def _paint_hover(self, painter: QPainter, x: float) -> None:
         moments = (*self._notes.marks, *self._edits)

@@ -29,8 +29,6 @@ class Timeline(QWidget):
     """The user or playback changed the position [s from the recording's start]."""
     play_toggled = Signal(bool)
     """Playback started or stopped."""
-    speed_changed = Signal(float)
-    """The user chose another speed, as a multiple of real time."""
     live_requested = Signal()
     """The user requested to leave the recording."""
     range_changed = Signal(Span)
@@ -214,7 +212,6 @@ class Timeline(QWidget):
 
     def _on_speed_chosen(self, index: int) -> None:
         self._playhead = replace(self._playhead, speed=SPEEDS[index])
-        self.speed_changed.emit(self._playhead.speed)
 
     def _show(self) -> None:
         head = self._playhead

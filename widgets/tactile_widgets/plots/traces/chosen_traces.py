@@ -7,12 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 import pyqtgraph as pg
-from PySide6.QtCore import Qt
-from PySide6.QtGui import QColor
 
 from tactile_maps.core.arrays import FloatArray
 from tactile_widgets.common.colours import Theme
 from tactile_widgets.plots.traces.history import SampleHistory
+from tactile_widgets.plots.traces.plot_canvas import dashed_pen
 from tactile_widgets.plots.traces.trace_plots import PlotSeries, TracePlot, legend_entry, max_or_zero
 
 
@@ -60,9 +59,9 @@ class SourcedTrace:
     def set_theme(self, theme: Theme) -> None:
         """Apply a theme."""
         self._theme = theme
-        self._line.setPen(pg.mkPen(QColor(theme.text), width=1.5))
+        self._line.setPen(pg.mkPen(theme.text, width=1.5))
         for bound in self._bounds:
-            bound.setPen(pg.mkPen(QColor(theme.warning), width=1.2, style=Qt.PenStyle.DashLine))
+            bound.setPen(dashed_pen(theme.warning, 1.2))
         self._update_heading(self._source())
 
     def draw(self) -> None:

@@ -7,11 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import pyqtgraph as pg
-from PySide6.QtCore import Qt
-from PySide6.QtGui import QColor
 
 from tactile_maps.core.arrays import FloatArray
 from tactile_widgets.common.colours import Theme
+from tactile_widgets.plots.traces.plot_canvas import dashed_pen
 from tactile_widgets.plots.traces.trace_plots import PlotSeries, TracePlot, legend_entry, max_or_zero
 
 
@@ -55,8 +54,8 @@ class GroupPressure:
     def set_theme(self, theme: Theme) -> None:
         """Apply a theme."""
         self._theme = theme
-        self._highest.setPen(pg.mkPen(QColor(theme.text), width=1.5))
-        self._mean.setPen(pg.mkPen(QColor(theme.accent), width=1.5, style=Qt.PenStyle.DashLine))
+        self._highest.setPen(pg.mkPen(theme.text, width=1.5))
+        self._mean.setPen(dashed_pen(theme.accent))
         self._update_heading(self._source())
 
     def draw(self) -> None:

@@ -5,8 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 import pyqtgraph as pg
-from PySide6.QtGui import QFont
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QColor, QFont, QPen
 from PySide6.QtWidgets import QGraphicsView, QWidget
+
+from tactile_widgets.common.colours import Theme
 
 
 class PlotCanvas(pg.PlotWidget):
@@ -32,3 +35,14 @@ class PlotCanvas(pg.PlotWidget):
         self.small.setPixelSize(11)
         for side in ("left", "bottom"):
             self.getAxis(side).setTickFont(self.small)
+
+    def colour_axes(self, theme: Theme) -> None:
+        """Draw the axes in the colours of a theme."""
+        for side in ("left", "bottom"):
+            self.getAxis(side).setPen(theme.line)
+            self.getAxis(side).setTextPen(theme.quiet)
+
+
+def dashed_pen(colour: str | QColor, width: float = 1.5) -> QPen:
+    """Return the pen of a bound or a goal."""
+    return pg.mkPen(colour, width=width, style=Qt.PenStyle.DashLine)

@@ -7,7 +7,7 @@ bar emits its beginning.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
-from typing import NamedTuple
+from typing import ClassVar, Generic, NamedTuple, TypeVar
 
 from PySide6.QtCore import QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPaintEvent, QPen
@@ -58,28 +58,36 @@ def severity_colour(severity: Severity | None, theme: Theme) -> str:
     return theme.accent if severity is None else colours[severity]
 
 
-class SpanStrip(QWidget):
+M = TypeVar("M")
+
+
+class SpanStrip(QWidget, Generic[M]):
     """Widget with heading, rows and axis. Mutable: ``draw`` of the subclasses.
 
     Args:
+        memory: The history.
         marks: Returns the ages of changed settings [s].
         theme: Colours.
         parent: Qt parent.
         only: Kinds that are shown; None for all.
     """
 
+    name: ClassVar[str]
     clicked = Signal(float)
     """A bar that began at this age [s] was clicked."""
 
     def __init__(
         self,
+        memory: M,
         marks: Callable[[], Sequence[float]],
         theme: Theme,
         parent: QWidget,
         *,
-        only: Collection[str] | None,
+        only: Collection[str] | None = None,
     ) -> None:
         super().__init__(parent)
+        self.setObjectName(self.name)
+        self._memory = memory
         self._marks = marks
         self._only = only
         caption = QFont(self.font())
@@ -206,27 +214,10 @@ class _Rows(QWidget):
         return self.width() * (age - AXIS_START) / (AXIS_END - AXIS_START)
 
 
-class LimitStrip(SpanStrip):
-    """Strip with the limits that bounded the controller.
+class LimitStrip(SpanStrip[LimitHistory]):
+    """Strip with the limits that bounded the controller; ``only`` contains values of their kinds."""
 
-    Args:
-        memory: History of the limits.
-        marks: Returns the ages of changed settings [s].
-        only: Values of the shown kinds; None for all.
-    """
-
-    def __init__(
-        self,
-        memory: LimitHistory,
-        marks: Callable[[], Sequence[float]],
-        theme: Theme,
-        parent: QWidget,
-        *,
-        only: Collection[str] | None = None,
-    ) -> None:
-        super().__init__(marks, theme, parent, only=only)
-        self.setObjectName("limit-strip")
-        self._memory = memory
+    name = "limit-strip"
 
     def draw(self) -> None:
         """Draw the stored spans."""
@@ -240,27 +231,10 @@ class LimitStrip(SpanStrip):
         return [SpanRow(kind.title, spans, kind.severity) for kind, spans in rows if self._is_shown(kind.value)]
 
 
-class EventStrip(SpanStrip):
-    """Strip with the contact events.
+class EventStrip(SpanStrip[EventHistory]):
+    """Strip with the contact events."""
 
-    Args:
-        memory: History of the events.
-        marks: Returns the ages of changed settings [s].
-        only: Shown kinds; None for all.
-    """
-
-    def __init__(
-        self,
-        memory: EventHistory,
-        marks: Callable[[], Sequence[float]],
-        theme: Theme,
-        parent: QWidget,
-        *,
-        only: Collection[str] | None = None,
-    ) -> None:
-        super().__init__(marks, theme, parent, only=only)
-        self.setObjectName("event-strip")
-        self._memory = memory
+    name = "event-strip"
 
     def draw(self) -> None:
         """Draw the stored spans."""

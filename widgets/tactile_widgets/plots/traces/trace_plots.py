@@ -26,7 +26,7 @@ from tactile_widgets.common.colours import Theme, mixed
 from tactile_widgets.common.make import column_layout
 from tactile_widgets.document.taxel_selection import REGION_COLOURS, TAXEL_COLOURS, region_colour
 from tactile_widgets.plots.traces.history import ContactHistory, SampleHistory, TaxelHistory
-from tactile_widgets.plots.traces.plot_canvas import PlotCanvas
+from tactile_widgets.plots.traces.plot_canvas import PlotCanvas, dashed_pen
 
 PLOT_SECONDS = 10.0
 """Duration shown on the time axis [s]."""
@@ -157,13 +157,10 @@ class TracePlot(QWidget):
         if theme is self._styled:
             return  # other pens, even equal ones, draw the ticks again: 2 ms an axis
         self._styled = theme
-        self._mark_pen = pg.mkPen(QColor(theme.quiet), width=1, style=Qt.PenStyle.DotLine)
+        self._mark_pen = pg.mkPen(theme.quiet, width=1, style=Qt.PenStyle.DotLine)
         for line in self._marks:
             line.setPen(self._mark_pen)
-        for side in ("left", "bottom"):
-            axis = self.plot.getAxis(side)
-            axis.setPen(pg.mkPen(QColor(theme.line)))
-            axis.setTextPen(pg.mkPen(QColor(theme.quiet)))
+        self.plot.colour_axes(theme)
 
     def add_curve(self, **style: Any) -> pg.PlotCurveItem:
         """Add a curve without samples; a ``PlotDataItem`` takes six times as long to make and to update."""
@@ -259,8 +256,8 @@ class ForceTraces:
     def set_theme(self, theme: Theme) -> None:
         """Apply a theme."""
         self._theme = theme
-        self._line.setPen(pg.mkPen(QColor(theme.text), width=1.5))
-        self._goal.setPen(pg.mkPen(QColor(theme.intent), width=1.5, style=Qt.PenStyle.DashLine))
+        self._line.setPen(pg.mkPen(theme.text, width=1.5))
+        self._goal.setPen(dashed_pen(theme.intent))
         self._update_legend()
 
     def set_goal(self, newtons: float | None) -> None:
@@ -539,8 +536,8 @@ class BoundedTrace:
     def set_theme(self, theme: Theme) -> None:
         """Apply a theme."""
         self._theme = theme
-        self._line.setPen(pg.mkPen(QColor(theme.text), width=1.5))
-        self._limit.setPen(pg.mkPen(self._ink, width=1.2, style=Qt.PenStyle.DashLine))
+        self._line.setPen(pg.mkPen(theme.text, width=1.5))
+        self._limit.setPen(dashed_pen(self._ink, 1.2))
         self._update_legend()
 
     def use(self, title: str, *, unit: str, bound: float) -> None:

@@ -20,11 +20,12 @@ from tactile_maps.session.prepare import PreparedScene
 from tactile_maps.skin.model.skin import Skin
 from tactile_widgets.common.colours import PressureScale, Theme
 from tactile_widgets.overlays.taxel_faults import NO_FAULTS, TaxelFaults
+from tactile_widgets.views.interaction.navigation import CameraMotion, zoom_by
 from tactile_widgets.views.interaction.select_gesture import RubberBand
 from tactile_widgets.views.overlays.body_overlays import NO_MARKS, SkinTexture, ToolMarks
 from tactile_widgets.views.overlays.callouts import LABELLED
 from tactile_widgets.views.overlays.task_overlay import NO_TASK, TaskOverlay
-from tactile_widgets.views.robot.actors.camera import Viewpoint, framing, look_from
+from tactile_widgets.views.robot.actors.camera import Viewpoint, framing, look_from, orbit, pan, zoom
 from tactile_widgets.views.robot.actors.contact_marks import arrow_legend, ring_radius
 from tactile_widgets.views.robot.actors.robot_actors import BodyLayerFactory, RobotActors
 from tactile_widgets.views.robot.caption_overlay import CaptionOverlay, Captions, ForceCaption
@@ -231,6 +232,15 @@ class RobotDisplay(QObject):
         self._framed = False
         self.actors.look(viewpoint)
         self.request(moving=True)
+
+    def navigate(self, step: QPointF, motion: CameraMotion) -> None:
+        """Turn the view around its focus, or pan or zoom it, by a drag [px]."""
+        view = self.actors.viewpoint
+        if motion is CameraMotion.ZOOM:
+            self.look(zoom(view, zoom_by(step.y())))
+        else:
+            move = orbit if motion is CameraMotion.TURN else pan
+            self.look(move(view, step.x(), step.y(), self.size[1]))
 
     def look_at(self, at: SurfacePoint) -> None:
         """Show a skin location from outside, at the current distance of the camera."""

@@ -18,13 +18,13 @@ from tactile_maps.session.prepare import PreparedScene
 from tactile_widgets.common.colours import PressureScale, Theme
 from tactile_widgets.common.make import column_layout, make, row_layout
 from tactile_widgets.common.tool_kinds import ToolKind
-from tactile_widgets.views.interaction.navigation import CameraMotion, zoom_by
+from tactile_widgets.views.interaction.navigation import CameraMotion
 from tactile_widgets.views.interaction.select_gesture import Pixel
 from tactile_widgets.views.interaction.view_interaction import ViewInteraction
 from tactile_widgets.views.interaction.view_tool import BodyHit, PointedAt, PointerHit, ViewTool
 from tactile_widgets.views.overlays.body_overlays import NO_MARKS
 from tactile_widgets.views.overlays.placeholder_card import CardTexts, PlaceholderCard
-from tactile_widgets.views.robot.actors.camera import CameraRay, look_from, orbit, pan, zoom
+from tactile_widgets.views.robot.actors.camera import CameraRay, look_from, zoom
 from tactile_widgets.views.robot.actors.robot_actors import BodyLayerFactory
 from tactile_widgets.views.robot.caption_overlay import CubeFace
 from tactile_widgets.views.robot.picking import BodyTaxels, SkinPicker, facing_pixels
@@ -262,11 +262,7 @@ class RobotView(QWidget):
 
     def navigate(self, step: QPointF, motion: CameraMotion) -> None:
         """Turn the view around the robot, or pan or zoom it."""
-        if motion is CameraMotion.ZOOM:
-            self.display.look(zoom(self.display.actors.viewpoint, zoom_by(step.y())))
-        else:
-            move = orbit if motion is CameraMotion.TURN else pan
-            self.display.look(move(self.display.actors.viewpoint, step.x(), step.y(), self.height()))
+        self.display.navigate(step, motion)
 
     def set_pointer(self, shape: Qt.CursorShape) -> None:
         """Set the shape of the pointer."""

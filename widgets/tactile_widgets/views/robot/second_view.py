@@ -22,8 +22,8 @@ from tactile_maps.session.prepare import PreparedScene
 from tactile_widgets.common.colours import PressureScale, Theme
 from tactile_widgets.common.make import column_layout, make
 from tactile_widgets.common.settings import NavigationStyle
-from tactile_widgets.views.interaction.navigation import CameraMotion, motion_of, zoom_by
-from tactile_widgets.views.robot.actors.camera import Viewpoint, look_from, orbit, pan, zoom
+from tactile_widgets.views.interaction.navigation import CameraMotion, motion_of
+from tactile_widgets.views.robot.actors.camera import Viewpoint, look_from, zoom
 from tactile_widgets.views.robot.actors.contact_marks import ring_radius
 from tactile_widgets.views.robot.actors.robot_actors import BodyLayerFactory
 from tactile_widgets.views.robot.robot_display import RobotDisplay
@@ -129,16 +129,8 @@ class SecondView(QWidget):
             before, motion = self._held
             here = event.position()
             self._held = here, motion
-            self.navigate(here - before, motion)
+            self.display.navigate(here - before, motion)
         return True
-
-    def navigate(self, by: QPointF, motion: CameraMotion) -> None:
-        """Turn the view around its focus, or pan or zoom it."""
-        if motion is CameraMotion.ZOOM:
-            self.display.look(zoom(self.display.actors.viewpoint, zoom_by(by.y())))
-        else:
-            move = orbit if motion is CameraMotion.TURN else pan
-            self.display.look(move(self.display.actors.viewpoint, by.x(), by.y(), self.height()))
 
     def zoom(self, factor: float) -> None:
         """Zoom by a factor."""
