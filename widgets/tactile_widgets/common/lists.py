@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any, TypeVar
 
 from PySide6.QtCore import QAbstractListModel, QModelIndex, QObject, QPersistentModelIndex, QSize, Qt
-from PySide6.QtGui import QFont, QPainter
+from PySide6.QtGui import QPainter
 from PySide6.QtWidgets import QAbstractItemView, QListView, QStyledItemDelegate, QStyleOptionViewItem
 
 from tactile_widgets.common.panel import SLIM_SCROLL_BAR
@@ -82,10 +82,3 @@ class RowDelegate(QStyledItemDelegate):
     @abstractmethod
     def draw(self, painter: QPainter, option: QStyleOptionViewItem, index: ModelIndex) -> None:
         """Draw a row; the painter is restored afterwards."""
-
-
-def small_font(font: QFont, pixels: int = 11) -> QFont:
-    """Return the font in the size of captions."""
-    small = QFont(font)
-    small.setPixelSize(pixels)
-    return small

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable
 from typing import Any, TypeVar
 
 from PySide6.QtCore import QObject, QSize, Qt, SignalInstance
-from PySide6.QtGui import QAction, QPainter, QPaintEvent, QResizeEvent
+from PySide6.QtGui import QAction, QFont, QPainter, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import (
     QBoxLayout,
     QComboBox,
@@ -88,6 +88,13 @@ def progress_bar(parent: QWidget, accessible_name: str = "Progress") -> QProgres
     return make(
         QProgressBar, parent, minimum=0, maximum=1000, textVisible=False, fixedHeight=6, accessibleName=accessible_name
     )
+
+
+def small_font(font: QFont, pixels: int = 11) -> QFont:
+    """Return the font in the size of captions."""
+    small = QFont(font)
+    small.setPixelSize(pixels)
+    return small
 
 
 def show_text(label: QLabel, text: str) -> None:

@@ -21,7 +21,8 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QListWidget, QListWidgetItem, QStyle, QStyleOptionViewItem, QWidget
 
-from tactile_widgets.common.lists import ModelIndex, RowDelegate, flat_list, small_font
+from tactile_widgets.common.lists import ModelIndex, RowDelegate, flat_list
+from tactile_widgets.common.make import small_font
 
 _HEIGHT = 120
 _MARGIN = 4

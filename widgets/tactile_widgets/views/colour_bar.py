@@ -11,7 +11,6 @@ from PySide6.QtGui import (
     QActionGroup,
     QColor,
     QContextMenuEvent,
-    QFont,
     QFontMetricsF,
     QImage,
     QKeyEvent,
@@ -25,6 +24,7 @@ from PySide6.QtWidgets import QDoubleSpinBox, QMenu, QWidget
 
 from tactile_maps.core.reading_units import ReadingUnits
 from tactile_widgets.common.colours import PressureScale, Theme
+from tactile_widgets.common.make import small_font
 
 MAXIMA = (2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0)
 """Maxima of the scale in the context menu [kPa]."""
@@ -69,14 +69,8 @@ class ColourBar(QWidget):
 
     def sizeHint(self) -> QSize:
         digits = max(len(f"{value:g}") for value in ticks(self._scale.maximum, most=10))
-        numbers = QFontMetricsF(self._small_font).horizontalAdvance("0" * max(digits, _DIGITS))
+        numbers = QFontMetricsF(small_font(self.font())).horizontalAdvance("0" * max(digits, _DIGITS))
         return QSize(ceil(BAR_LEFT + BAR_WIDTH + _TICK + numbers + 2 * _GAP), 400)
-
-    @property
-    def _small_font(self) -> QFont:
-        font = QFont(self.font())
-        font.setPixelSize(11)
-        return font
 
     def set_theme(self, theme: Theme) -> None:
         """Apply a theme."""
@@ -184,7 +178,7 @@ class ColourBar(QWidget):
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.fillRect(self.rect(), QColor(self._theme.window))
-        painter.setFont(self._small_font)
+        painter.setFont(small_font(self.font()))
         self._paint_bar(painter)
         self._paint_ticks(painter)
         self._paint_label(painter)

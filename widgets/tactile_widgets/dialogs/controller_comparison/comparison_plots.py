@@ -11,13 +11,13 @@ from typing import NamedTuple
 import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import QPointF, QSize, Qt
-from PySide6.QtGui import QFont, QPainter, QPaintEvent, QPen
+from PySide6.QtGui import QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QLabel, QWidget
 
 from tactile_maps.core.arrays import FloatArray
 from tactile_maps.studies.controller_comparison import ControllerTrace
 from tactile_widgets.common.colours import Theme
-from tactile_widgets.common.make import column_layout
+from tactile_widgets.common.make import column_layout, small_font
 from tactile_widgets.plots.curve_legend import curve_colour
 from tactile_widgets.plots.traces.plot_canvas import PlotCanvas, dashed_pen
 
@@ -95,8 +95,7 @@ class ComparisonPlots(QWidget):
         self.setObjectName("overlaid-traces")
         self._theme = theme
         self._traces: tuple[ControllerTrace, ...] = ()
-        self._caption = QFont(self.font())
-        self._caption.setPixelSize(11)
+        self._caption = small_font(self.font())
         self.plots: dict[str, PlotCanvas] = {}
         self._titles: list[QLabel] = []
         self._column = column_layout(parent=self, spacing=2)

@@ -19,6 +19,7 @@ from tactile_maps.editing.document import MapDocument
 from tactile_maps.session.frame import Frame
 from tactile_maps.session.prepare import PreparedScene
 from tactile_widgets.common.colours import DARK, LIGHT, Theme
+from tactile_widgets.common.make import small_font
 from tactile_widgets.dialogs.figures.figure_file import FigureColours, FigurePart, FigureSpec, write_figure
 from tactile_widgets.views.linked_views import LinkedViews
 from tactile_widgets.views.map.items.map_coordinates import nice_floor
@@ -168,8 +169,7 @@ def _scale_bar(views: LinkedViews) -> tuple[QFont, str, QRectF, QRectF]:
     millimetres = nice_floor(min(_LONGEST_BAR, 0.25 * robot.width()) * pixel * 1e3)
     length = 1e-3 * millimetres / pixel
     text = f"{millimetres:g}\u202fmm at the middle of the view"
-    font = QFont(robot.font())
-    font.setPixelSize(11)
+    font = small_font(robot.font())
     metrics = QFontMetricsF(font)
     line = QRectF(_EDGE, _EDGE, length, 5.0)
     words = QRectF(_EDGE, line.bottom() + 4, metrics.horizontalAdvance(text), metrics.height())

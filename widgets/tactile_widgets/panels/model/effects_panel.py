@@ -23,8 +23,16 @@ from tactile_maps.scene.scene import Scene, with_override
 from tactile_maps.session.frame import Frame
 from tactile_maps.session.prepare import PreparedScene
 from tactile_maps.tactile.mechanics.contact_notes import ContactNote, ContactNoteKind, contact_note_text
-from tactile_widgets.common.lists import small_font
-from tactile_widgets.common.make import add_items, column_layout, make, push_button, row_layout, show_text, value_label
+from tactile_widgets.common.make import (
+    add_items,
+    column_layout,
+    make,
+    push_button,
+    row_layout,
+    show_text,
+    small_font,
+    value_label,
+)
 from tactile_widgets.common.panel import CollapsibleHeading, FlatComboBox, Panel
 from tactile_widgets.common.sentence import capitalized
 

@@ -12,7 +12,8 @@ from PySide6.QtWidgets import QListView, QStyleOptionViewItem, QWidget
 from tactile_maps.contacts.events import ContactEvent
 from tactile_maps.session.frame import Frame
 from tactile_maps.session.prepare import PreparedScene
-from tactile_widgets.common.lists import ModelIndex, RowDelegate, SequenceModel, read_only_list, small_font
+from tactile_widgets.common.lists import ModelIndex, RowDelegate, SequenceModel, read_only_list
+from tactile_widgets.common.make import small_font
 from tactile_widgets.common.panel import Panel
 from tactile_widgets.common.sentence import capitalized
 

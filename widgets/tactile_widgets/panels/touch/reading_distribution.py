@@ -19,8 +19,15 @@ from tactile_maps.core.arrays import FloatArray
 from tactile_maps.core.reading_units import ReadingUnits
 from tactile_maps.live.session.measured_session import ReadingLevels
 from tactile_widgets.common.colours import DARK, Theme
-from tactile_widgets.common.lists import small_font
-from tactile_widgets.common.make import STYLE_SPACING, caption_label, column_layout, make, row_layout, show_text
+from tactile_widgets.common.make import (
+    STYLE_SPACING,
+    caption_label,
+    column_layout,
+    make,
+    row_layout,
+    show_text,
+    small_font,
+)
 from tactile_widgets.common.number_field import NumberField
 
 _BINS = 64

@@ -16,7 +16,7 @@ from tactile_maps.core.arrays import FloatArray, IntArray
 from tactile_maps.live.simulated_skin import SkinDifference
 from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_widgets.common.colours import DARK, DifferenceScale, PressureScale, Theme
-from tactile_widgets.common.lists import small_font
+from tactile_widgets.common.make import small_font
 from tactile_widgets.plots.traces.trace_plots import nice_ceiling
 from tactile_widgets.views.overlays.painting import polygon
 

@@ -30,6 +30,7 @@ from tactile_maps.core.arrays import FloatArray
 from tactile_maps.core.reading_units import ReadingUnits
 from tactile_maps.recording.overview.curves import CURVES
 from tactile_widgets.common.colours import PressureScale, Theme
+from tactile_widgets.common.make import small_font
 from tactile_widgets.plots.timeline.lane_painter import LEFT, LanePainter, Overlaid
 from tactile_widgets.plots.timeline.lanes import AddedLane, Lane, standard_lanes
 from tactile_widgets.plots.timeline.playhead import Span, clock_text
@@ -384,8 +385,7 @@ class RecordingPlots(QWidget):
         """Draw the cached picture of the curves, and over it cursor, marks and values."""
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        caption = QFont(self.font())
-        caption.setPixelSize(11)
+        caption = small_font(self.font())
         painter.setFont(caption)
         if not len(self._times):
             painter.setPen(QColor(self._theme.quiet))

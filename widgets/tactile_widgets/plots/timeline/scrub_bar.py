@@ -10,7 +10,6 @@ from PySide6.QtCore import QEvent, QPoint, QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import (
     QColor,
     QContextMenuEvent,
-    QFont,
     QFontMetricsF,
     QMouseEvent,
     QPainter,
@@ -22,6 +21,7 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QWidget
 
 from tactile_widgets.common.colours import Theme
+from tactile_widgets.common.make import small_font
 from tactile_widgets.plots.timeline.playhead import Span, clock_text, nice_step
 
 SIDE = 10.0
@@ -254,7 +254,7 @@ class ScrubBar(QWidget):
         """Draw times, range, track, handle and notes."""
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        painter.setFont(self._caption())
+        painter.setFont(small_font(self.font()))
         self._paint_labels(painter)
         painter.setClipRect(QRectF(SIDE - HANDLE, 0, self._room + 2 * HANDLE, self.height()))
         self._paint_range(painter)
@@ -264,11 +264,6 @@ class ScrubBar(QWidget):
         if self._hover is not None and self._duration > 0:
             self._paint_hover(painter, self._hover)
         painter.end()
-
-    def _caption(self) -> QFont:
-        font = QFont(self.font())
-        font.setPixelSize(11)
-        return font
 
     def _paint_track(self, painter: QPainter) -> None:
         at = self.x_of(self._time)

@@ -6,10 +6,11 @@ from typing import Any
 
 import pyqtgraph as pg
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QColor, QFont, QPen
+from PySide6.QtGui import QColor, QPen
 from PySide6.QtWidgets import QGraphicsView, QWidget
 
 from tactile_widgets.common.colours import Theme
+from tactile_widgets.common.make import small_font
 
 
 class PlotCanvas(pg.PlotWidget):
@@ -31,8 +32,7 @@ class PlotCanvas(pg.PlotWidget):
         self.hideButtons()
         menu = self.getPlotItem().ctrlMenu  # without a parent, it would outlive the plot
         menu.setParent(self, menu.windowFlags())
-        self.small = QFont(self.font())
-        self.small.setPixelSize(11)
+        self.small = small_font(self.font())
         for side in ("left", "bottom"):
             self.getAxis(side).setTickFont(self.small)
 

@@ -17,7 +17,7 @@ from tactile_maps.core.arrays import FloatArray, IntArray
 from tactile_maps.core.reading_units import ReadingUnits
 from tactile_maps.skin.model.skin import Skin
 from tactile_widgets.common.colours import PressureScale, Theme
-from tactile_widgets.common.make import column_layout
+from tactile_widgets.common.make import column_layout, small_font
 from tactile_widgets.document.taxel_search import taxel_words
 from tactile_widgets.plots.traces.history import TaxelHistory
 from tactile_widgets.plots.traces.trace_plots import AXIS_END, AXIS_START, TIME_TICKS, PlotSeries
@@ -121,8 +121,7 @@ class RasterPlot(QWidget):
     def __init__(self, history: TaxelHistory, theme: Theme, scale: PressureScale, parent: QWidget) -> None:
         super().__init__(parent)
         self.setObjectName("raster-plot")
-        caption = QFont(self.font())
-        caption.setPixelSize(11)
+        caption = small_font(self.font())
         self._history = history
         self._units = ReadingUnits.CALIBRATED
         self._rows: TaxelRows | None = None

@@ -15,7 +15,7 @@ from PySide6.QtWidgets import QLabel, QWidget
 
 from tactile_maps.control.motion.limits import Severity
 from tactile_widgets.common.colours import Theme, mixed
-from tactile_widgets.common.make import column_layout
+from tactile_widgets.common.make import column_layout, small_font
 from tactile_widgets.plots.traces.history import EventHistory, LimitHistory
 from tactile_widgets.plots.traces.trace_plots import (
     AXIS_END,
@@ -90,8 +90,7 @@ class SpanStrip(QWidget, Generic[M]):
         self._memory = memory
         self._marks = marks
         self._only = only
-        caption = QFont(self.font())
-        caption.setPixelSize(11)
+        caption = small_font(self.font())
         self._heading, self._rows = QLabel(self), _Rows(theme, caption, self)
         self._heading.setFont(caption)
         self._heading.setWordWrap(True)

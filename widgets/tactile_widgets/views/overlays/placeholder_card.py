@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QFont, QPalette
+from PySide6.QtGui import QPalette
 from PySide6.QtWidgets import QLabel, QPushButton, QVBoxLayout, QWidget
 
-from tactile_widgets.common.make import make, progress_bar
+from tactile_widgets.common.make import make, progress_bar, small_font
 
 
 @dataclass(frozen=True)
@@ -56,9 +56,7 @@ class PlaceholderCard(QWidget):
         self._text.setTextFormat(Qt.TextFormat.PlainText)
         self._progress = make(progress_bar, self, fixedWidth=240)
         self._button = make(QPushButton, self, clicked=self._on_clicked)
-        heading = QFont(self.font())
-        heading.setPixelSize(16)
-        self._heading.setFont(heading)
+        self._heading.setFont(small_font(self.font(), 16))
         self._text.setWordWrap(True)
         self._heading.setForegroundRole(QPalette.ColorRole.Text)
         self._text.setForegroundRole(QPalette.ColorRole.PlaceholderText)
