@@ -170,6 +170,10 @@ class ImageAtlas:
         """Charts of the tiles."""
         return tuple(tile.chart for tile in self.tiles)
 
+    def has_charts(self, charts: Sequence[Chart]) -> bool:
+        """Whether the tiles show exactly these charts."""
+        return all(tile.chart is chart for tile, chart in zip(self.tiles, charts, strict=True))
+
     @property
     def halo(self) -> tuple[IntArray, IntArray]:
         """Flat indices of the pixels around the patches, and of those that they copy."""

@@ -206,6 +206,7 @@ class EffectRowWidget(QWidget):
         super().__init__(parent)
         self.key = key
         self._index = 0
+        self._shown: tuple[EffectRow, EffectRow] | None = None
         self._title = ""
         self.setObjectName(f"effect-{key}")
         dot = small_font(self.font(), _DOT_PX)
@@ -243,6 +244,9 @@ class EffectRowWidget(QWidget):
 
     def show_row(self, effect: EffectRow, auto: EffectRow) -> None:
         """Show the current state of the effect; ``auto`` is its state without an override."""
+        if (effect, auto) == self._shown and self.box.currentIndex() == self._index:
+            return
+        self._shown = (effect, auto)
         self._title = effect.title
         self._elide()
         self._index = self.box.findText(effect.value) if effect.overridden else 0

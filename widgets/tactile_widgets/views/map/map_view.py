@@ -198,7 +198,10 @@ class MapView(QGraphicsView):
         if self.picture is not None:
             self.keep_image(self.picture.atlas)
         known = next((kept for kept in self._images if kept.skin is document.skin), None)
-        atlas = ImageAtlas(document.map, known=known, look=self._look)
+        if known is not None and known.look == self._look and known.has_charts(document.charts):
+            atlas = known
+        else:
+            atlas = ImageAtlas(document.map, known=known, look=self._look)
         picture = MapCanvas(document, self.theme, atlas=atlas, layers=self._layers)
         picture.overlay(self._overlays, self._scale)
         picture.use_faults(self._faults)

@@ -44,6 +44,11 @@ class PlacesOfInterest:
     def __len__(self) -> int:
         return len(self.points)
 
+    def equals(self, other: PlacesOfInterest) -> bool:
+        """Whether both have the same points and normals."""
+        same = np.array_equal(self.points, other.points)
+        return same and np.array_equal(self.normals, other.normals, equal_nan=True)
+
 
 def places_of_interest(prepared: PreparedScene, poses: FloatArray) -> PlacesOfInterest:
     """Find the points of interest of a scene.

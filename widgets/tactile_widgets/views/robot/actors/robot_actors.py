@@ -31,7 +31,7 @@ from tactile_widgets.views.robot.actors.contact_marks import ContactMarks
 from tactile_widgets.views.robot.actors.fault_marks import FaultMarks
 from tactile_widgets.views.robot.actors.link_actors import LinkActors
 from tactile_widgets.views.robot.actors.object_actors import ObjectActors, floor_grid
-from tactile_widgets.views.robot.actors.opening_view import initial_direction, places_of_interest
+from tactile_widgets.views.robot.actors.opening_view import PlacesOfInterest, initial_direction, places_of_interest
 from tactile_widgets.views.robot.actors.skin_actors import PEELED, SkinActors
 from tactile_widgets.views.robot.actors.skin_preview_actors import SkinPreviewActors
 from tactile_widgets.views.robot.actors.surface_marks import set_matrix
@@ -129,6 +129,8 @@ class RobotActors:
         self.layers: dict[str, BodyLayer] = {}
         self.hidden: frozenset[int] = frozenset()
         self._preview: SkinPreviewActors | None = None
+        self._floor: tuple[bytes, Theme] | None = None  # what the grid on the floor was drawn for
+        self._places = PlacesOfInterest(np.zeros((0, 3)), np.zeros((0, 3)))
         self._set_light()
 
     def show_prepared(self, prepared: PreparedScene) -> None:
@@ -150,13 +152,17 @@ class RobotActors:
             self._reset_actors(prepared)
         self.show_layers(self._shown)
         self._add_floor()
-        self._places = places_of_interest(prepared, self.poses)
-        self._away = initial_direction(prepared, self.poses, self._places)
+        places = places_of_interest(prepared, self.poses)
+        if before is None or before.robot is not prepared.robot or not places.equals(self._places):
+            self._initial_away = initial_direction(prepared, self.poses, places)
+        self._places = places
+        self._away = self._initial_away
         self.frame_all()
         self.fit_depth()
 
     def _make_actors(self, prepared: PreparedScene) -> None:
         self.plotter.clear_actors()
+        self._floor = None
         self.skin = SkinActors(self.plotter, prepared, self.scale)  # before the links, because it hides most of them
         self.links = LinkActors(self.plotter, prepared.robot, self.theme)
         self.links.set_levels(self.link_levels)
@@ -512,9 +518,13 @@ class RobotActors:
         if self._objects.has_floor:
             self.plotter.remove_actor("ground", render=False)
             return
+        corners = self._corners()
+        if self._floor == (corners.tobytes(), self.theme):
+            return
+        self._floor = (corners.tobytes(), self.theme)
         colour = mixed(self.theme.window, self.theme.quiet, 0.28)
         floor = self.plotter.add_mesh(
-            floor_grid(self._corners()),
+            floor_grid(corners),
             color=colour,
             line_width=1,
             lighting=False,
