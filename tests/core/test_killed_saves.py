@@ -168,7 +168,9 @@ def child() -> Iterator[Child]:
     process.close()
 
 
-@pytest.mark.parametrize("name", SAVES)
+@pytest.mark.parametrize(
+    "name", [name if name != "skin.npz" else pytest.param(name, marks=pytest.mark.long) for name in SAVES]
+)
 def test_killed_save_leaves_the_old_file_or_the_new_one(child, tmp_path, name):
     assert child.call(old_or_new, tmp_path, name, seconds=SECONDS) >= 8
 

@@ -178,6 +178,8 @@ ROBOTS = {
     "elements.xml": (mjcf("<site/>" * 1_000_000), "elements"),
 }
 """Robot files with the expected message; None where the file loads because the harmful part is ignored."""
+LONG = ("elements.xml", "crowded pair.xml")
+"""Robot files that are not part of the default tests: each takes more than a second to reject."""
 
 _RELIEF = '<asset><hfield name="h" nrow="30000" ncol="30000" size="1 1 1 1"/></asset>'
 _PICTURE = '<asset><texture name="t" builtin="flat" type="2d" width="30000" height="30000"/></asset>'

@@ -51,7 +51,7 @@ def bar(tmp_path) -> Scene:
     """A cube on a hinge, of two files."""
     (tmp_path / "bar.xml").write_text(BAR)
     (tmp_path / "bar.obj").write_text(CUBE.format(x=0.1))
-    cover = CoverSpec(links=("bar",), taxels=12)
+    cover = CoverSpec(links=("bar",), taxels=12, thickness=0.01)
     return replace(load_scene("view"), robot=str(tmp_path / "bar.xml"), cover=cover, stimuli=(), control={}, motion=())
 
 
@@ -109,7 +109,7 @@ def test_axes_of_a_cover_are_kept_by_the_cache_and_by_the_attachments_of_a_recor
     np.testing.assert_array_equal(taxel_frames(replayed.map), taxel_frames(kept.map))
 
 
-COVER = CoverSpec(links=("bar",), taxels=13)
+COVER = CoverSpec(links=("bar",), taxels=13, thickness=0.01)
 
 
 @pytest.mark.parametrize("change", [{"cover": COVER}, {"package_roots": ("/",)}, {"home": {"hinge": 0.5}}])

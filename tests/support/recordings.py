@@ -24,10 +24,10 @@ NOISY = SensorEffects(noise=Noise(), hysteresis=Hysteresis())
 
 
 @cache
-def small_arm(taxels: int = 120) -> PreparedScene:
-    """Return the arm with few taxels; cached, because preparation takes two seconds."""
+def small_arm(taxels: int = 120, thickness: float = 0.01) -> PreparedScene:
+    """Return the arm with few taxels; cached. A thicker skin [m] has larger triangles and is prepared faster."""
     scene = load_scene("arm")
-    return prepare_cached(replace(scene, cover=replace(scene.cover, taxels=taxels)))
+    return prepare_cached(replace(scene, cover=replace(scene.cover, taxels=taxels, thickness=thickness)))
 
 
 def record(prepared: PreparedScene, path, *, ticks: int = 200, start: int = 0) -> Session:

@@ -100,7 +100,7 @@ def bar_map(taxels: int = 60) -> TactileMap:
 @cache
 def arm() -> PreparedScene:
     """Return our own arm with 300 taxels."""
-    return small_arm(300)
+    return small_arm(300, thickness=0.003)
 
 
 def no_command(robot: Robot) -> JointCommand:

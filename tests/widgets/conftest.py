@@ -49,7 +49,7 @@ def _prepared(scene: Scene) -> PreparedScene:
 
 @pytest.fixture(scope="session")
 def small_arm() -> PreparedScene:
-    """The shipped arm with three patches and few taxels. Cost: 3 s, once in a run."""
+    """The shipped arm with few taxels, for tests that need its fine triangles. Cost: 3 s, once in a run."""
     scene = load_scene("arm")
     prepared = _prepared(replace(scene, cover=replace(scene.cover, taxels=TAXELS)))
     assert len(prepared.skin) == TAXELS
@@ -64,7 +64,7 @@ def prepared(coarse_prepared) -> PreparedScene:
 
 @pytest.fixture(scope="session")
 def coarse_prepared() -> PreparedScene:
-    """The same arm with a tenth of the triangles, with which windows show and edit maps faster."""
+    """The shipped arm with few taxels and a tenth of its triangles, whose map is shown and edited faster."""
     return _prepared(coarse(TAXELS))
 
 

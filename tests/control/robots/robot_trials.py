@@ -533,9 +533,10 @@ def quantile(errors: FloatArray) -> float | None:
     return float(np.quantile(known, 0.95)) if len(known) else None
 
 
-def run(place: Place, trial: Trial) -> Outcome:
-    """Run a trial and judge it."""
-    seconds = _SECONDS[trial.task] + (4.0 if trial.task == "press" and trial.rate < RATES[0] else 0.0)
+def run(place: Place, trial: Trial, *, seconds: float | None = None) -> Outcome:
+    """Run a trial and judge it, by default after the duration of its task; ``seconds`` is another one [s]."""
+    if seconds is None:
+        seconds = _SECONDS[trial.task] + (4.0 if trial.task == "press" and trial.rate < RATES[0] else 0.0)
     course = _Course(place.session(trial), place, trial, seconds)
     last = course.last(course.force)
     kinds = Counter(limit.kind.value for found in course.limits[len(course.limits) // 2 :] for limit in found)
@@ -583,7 +584,7 @@ def _shortfall(course: _Course, error: float | None) -> str:
     if course.trial.task == "path":
         if error is None:
             return "no contact"
-        if course.walked < 0.8 * _PATH_SPEED * (_SECONDS["path"] - _SETTLED):
+        if course.walked < 0.8 * _PATH_SPEED * (len(course.force) * course.tick - _SETTLED):
             return f"stops after {1e3 * course.walked:.0f} mm"
         return f"error of {1e3 * error:.1f} mm" if error > PATH_WITHIN else ""
     last = course.last(course.force)

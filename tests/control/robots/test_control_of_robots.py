@@ -81,7 +81,7 @@ def test_robots_perform_their_task(place, name, trial):
 
 def test_finger_with_soft_joints_keeps_to_its_path(place):
     """Friction bends its joints by 10 to 20 mm along the skin."""
-    outcome = run(place("finger", "home"), Trial("home", 1e3, 200.0, "projection", "path"))
+    outcome = run(place("finger", "home"), Trial("home", 1e3, 200.0, "projection", "path"), seconds=5.0)
     assert outcome.verdict == "ok", outcome
 
 

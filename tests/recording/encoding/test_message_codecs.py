@@ -106,7 +106,8 @@ def test_input_reads_back_equal(act, prepared):
 
 def test_edit_of_the_map_reads_back_bit_for_bit(prepared):
     moved = rotate(move(MapDocument.of(prepared.map), [0], (0.1, 1 / 3)), [1], 0.3).map
-    bent = replace(moved, charts=(moved.charts[0], replace(moved.charts[1], plane=1.01 * moved.charts[1].plane)))
+    first, *others = moved.charts
+    bent = replace(moved, charts=(replace(first, plane=1.01 * first.plane), *others))
     for edited, most in ((moved, 4_000), (bent, 2_000_000)):
         data = encode_input(3, MapEdited("Move", edited), prepared.map)
         assert len(data) < most, "what did not change is not kept again"

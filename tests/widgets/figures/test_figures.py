@@ -29,11 +29,6 @@ WIDE = FigureSpec(160.0, 60.0, 96, FigureColours.PAPER)
 pytestmark = pytest.mark.qt_log_ignore("This plugin does not support")
 
 
-@pytest.fixture(scope="module")
-def prepared(small_arm):
-    return small_arm
-
-
 @pytest.fixture
 def window(window_again):
     """The shared window; a figure leaves nothing in it."""
@@ -187,8 +182,9 @@ def test_legend_of_a_small_figure_is_on_the_page_and_covers_neither_map_nor_colo
     assert not any(legend.intersects(texts[text]) for text in ("Pressure (kPa)", "0", "forearm", "hand"))
 
 
-def test_forces_in_a_small_figure_are_written_next_to_their_small_patches(window, tmp_path):
-    prepared = window.live.prepared
+def test_forces_in_a_small_figure_are_written_next_to_their_small_patches(window, small_arm, tmp_path):
+    prepared = small_arm
+    window.live.show_prepared(prepared)
     patches = np.array([prepared.skin.taxel_point(taxel).patch for taxel in range(len(prepared.skin))])
     middles = [np.flatnonzero(patches == patch)[(patches == patch).sum() // 2] for patch in np.unique(patches)]
     frame = touched(prepared.map, middles)

@@ -43,11 +43,6 @@ OFFERED_ON_SKIN = [
 ]
 
 
-@pytest.fixture(scope="module")
-def prepared(small_arm):
-    return small_arm
-
-
 @pytest.fixture
 def window(window_again):
     """Window without touch, with the standard plots of the controller."""
@@ -164,9 +159,9 @@ def test_menu_sets_target_draws_path_plots_frames_and_copies(window):
     choose(right_click(window, "map", places["map"]), "plot-taxel")
     assert len(window.views.selection.taxels) == 1
     assert window.plots.shown[-1] == f"taxel:{window.views.selection.taxels[0]}"
-    zoom = window.map_view.camera.zoom
+    camera = window.map_view.camera
     choose(right_click(window, "map", places["map"]), "frame")
-    assert window.map_view.camera.zoom != zoom
+    assert window.map_view.camera != camera
     menu = right_click(window, "map", window.map_view.pixel_of(at).toPoint())
     choose(menu, "copy")
     assert "taxel" in QApplication.clipboard().text().lower()
@@ -239,7 +234,8 @@ def test_pin_is_found_only_while_its_map_is_shown(window):
     editor.undo()
 
 
-def test_seam_is_framed_copied_and_erased_at_the_pointer(window):
+def test_seam_is_framed_copied_and_erased_at_the_pointer(window, small_arm):
+    window.live.show_prepared(small_arm)
     document = window.editor.document
     pointing = window.presenters.pointing
     runs = [(patch, run) for patch in range(3) for run in seam_runs(present_seams(document, patch))]

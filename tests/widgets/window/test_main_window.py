@@ -23,11 +23,6 @@ from tests.widgets.support.snapshots import check_picture
 from tests.widgets.support.window_driver import blow_up, cancel, press_map, record_run, replay_run, run, visible_skin
 
 
-@pytest.fixture(scope="module")
-def prepared(small_arm):
-    return small_arm
-
-
 @pytest.fixture
 def window(window_again):
     """Window in its initial state; changes that cannot be undone use ``new_window``."""

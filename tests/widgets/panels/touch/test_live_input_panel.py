@@ -23,13 +23,9 @@ from tactile_widgets.panels.panel_column import COLUMN_WIDTH
 from tactile_widgets.panels.touch.contacts_panel import ContactsPanel
 from tactile_widgets.panels.touch.live_input_panel import LiveInputPanel, _texts
 from tactile_widgets.session.live_input import LiveInputSettings
+from tests.support.touch import arm
 from tests.widgets.support.mouse import left_click
 from tests.widgets.support.window_driver import run
-
-
-@pytest.fixture(scope="module")
-def prepared(small_arm):
-    return small_arm
 
 
 @pytest.fixture
@@ -318,6 +314,7 @@ def test_channels_are_counted_and_listed_on_request(window, tmp_path):
 
 def test_only_contacts_are_outlined_on_noisy_readings(window, tmp_path):
     """Noise of 1 count, which is shown as 1 kPa, the pressure of touch."""
+    window.live.show_prepared(arm())
     map_ = window.live.prepared.map
     skin = map_.skin
     apart = np.linalg.norm(map_.taxel_points - map_.taxel_points[30], axis=1)

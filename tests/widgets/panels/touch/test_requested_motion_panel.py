@@ -21,11 +21,6 @@ from tests.widgets.support.mouse import left_click
 from tests.widgets.support.window_driver import run
 
 
-@pytest.fixture(scope="module")
-def prepared(small_arm):
-    return small_arm
-
-
 @pytest.fixture
 def driver():
     """A robot's driver on this computer."""

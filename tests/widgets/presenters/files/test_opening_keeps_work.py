@@ -146,6 +146,7 @@ def test_work_made_while_a_skin_is_prepared_is_kept(changed):
     assert window.action("redo").isEnabled()
 
 
+@pytest.mark.long
 def test_step_that_replaces_one_being_made_follows_the_skin_that_is_shown(changed):
     window = changed
     before = links(window)
@@ -156,7 +157,7 @@ def test_step_that_replaces_one_being_made_follows_the_skin_that_is_shown(change
     assert links(window) == before
 
 
-@pytest.mark.parametrize("button", [Button.Save, Button.Discard, Button.Cancel])
+@pytest.mark.parametrize("button", [Button.Save, Button.Cancel, pytest.param(Button.Discard, marks=pytest.mark.long)])
 def test_edits_made_while_another_robot_is_opened_are_asked_about(window, saving, tmp_path, button):
     open_scene(window, "follow_path")
     document = edited(window)
@@ -185,6 +186,7 @@ def test_path_drawn_while_another_robot_is_opened_is_asked_about(window):
     assert window.live.runner.session.settings.path == path
 
 
+@pytest.mark.long
 def test_discarded_edits_are_not_asked_about_again_unless_there_are_newer_ones(window):
     edited(window)
     open_scene(window, "follow_path")

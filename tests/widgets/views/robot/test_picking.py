@@ -15,11 +15,6 @@ from tactile_widgets.views.robot.picking import SkinPicker
 
 
 @pytest.fixture(scope="module")
-def prepared(small_arm):
-    return small_arm
-
-
-@pytest.fixture(scope="module")
 def picker(prepared):
     return SkinPicker(prepared)
 
@@ -87,7 +82,7 @@ def test_object_in_front_hides_the_skin(prepared):
     crate = ObjectSpec("crate", "box", size=(0.1, 0.1, 0.1))
     picker = SkinPicker(replace(prepared, objects=(SceneObject(crate, primitive_mesh(crate)),)))
     links = Configuration(prepared.robot).poses()
-    point, normal = place(prepared, links, prepared.skin.taxel_point(0))
+    point, normal = place(prepared, links, prepared.skin.taxel_point(70))
     ray = CameraRay(point + 0.3 * normal, -normal)
     away = np.eye(4)
     between = np.eye(4)

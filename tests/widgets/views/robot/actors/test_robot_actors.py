@@ -14,15 +14,10 @@ from tests.widgets.support.robot_view_driver import PICTURE
 
 
 @pytest.fixture(scope="module")
-def prepared(small_arm):
-    return small_arm
-
-
-@pytest.fixture(scope="module")
 def pressed(prepared):
     """A session in which a finger has pressed for half a second, and the arm has yielded."""
     session = Session(prepared, scripted=False)
-    session.submit(PokePressed(0, prepared.skin.taxel_point(len(prepared.skin) // 2)))
+    session.submit(PokePressed(0, prepared.skin.taxel_point(70)))
     for _ in range(100):
         session.tick()
     assert session.frame.regions
