@@ -17,6 +17,10 @@ _STL_HEADER = 80
 _STL_FACE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attributes", "<u2")])
 
 
+_AFTER_SLASH = re.compile(rb"/\S*")
+"""Numbers of texture coordinates and normals of a corner."""
+
+
 def read_plain_obj(data: bytes) -> tuple[FloatArray, IntArray] | None:
     """Return the vertices (n, 3) that faces use, in the file's order, and the faces (m, 3) of an OBJ file.
 
@@ -26,13 +30,14 @@ def read_plain_obj(data: bytes) -> tuple[FloatArray, IntArray] | None:
     if b"\\\n" in text or b"usemtl" in text.partition(b"\nf")[2]:
         return None
     lines = text.split(b"\n")
-    rows = [line.split() for line in lines if line[:1] == b"f"]
+    words = _AFTER_SLASH.sub(b"", b"\n".join(line for line in lines if line[:1] == b"f")).split()
     places = [line for line in lines if line[:2] == b"v "]
-    if not places or {(row[0], len(row)) for row in rows} != {(b"f", 4)}:
+    if not places or len(words) % 4 or set(words[::4]) != {b"f"}:
         return None
     try:
         vertices = np.loadtxt(places, usecols=(1, 2, 3), comments=None, ndmin=2)
-        corners = np.array([[int(corner.partition(b"/")[0]) for corner in row[1:]] for row in rows])
+        del words[::4]
+        corners = np.array([int(word) for word in words]).reshape(-1, 3)
     except (ValueError, OverflowError):
         return None
     if corners.min() < 1 or corners.max() > len(vertices) or not np.isfinite(vertices).all():
