@@ -44,6 +44,19 @@ def pytest_ignore_collect(collection_path, config):
     return None
 
 
+def pytest_collection():
+    """Collect no garbage while tests are collected: nearly all objects that are made then are kept."""
+    gc.disable()
+
+
+def pytest_pycollect_makeitem(collector, obj):
+    """Make no cases of functions of which all are long."""
+    marks = getattr(obj, "pytestmark", ())
+    if not everything(collector.config) and any(mark.name == "long" for mark in marks) and not isinstance(obj, type):
+        return []
+    return None
+
+
 def pytest_collection_modifyitems(config, items):
     """Deselect the cases that the default run omits."""
     if everything(config):
@@ -66,6 +79,7 @@ def pytest_collection_finish():
     """Exclude the objects imported so far from garbage collection, which shortens its passes."""
     gc.collect()
     gc.freeze()
+    gc.enable()
 
 
 def _default(cases: list) -> list:

@@ -21,9 +21,9 @@ from tactile_maps.scene.object_meshes import make_objects
 from tactile_maps.scene.objects import ObjectSpec
 from tactile_maps.scene.scene_file import load_scene
 from tactile_maps.session.prepare import PreparedScene
-from tactile_maps.session.prepared_cache import prepare_cached
 from tactile_maps.session.session import Session
 from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
+from tests.support.recordings import prepare_once
 
 TICK = 0.005
 Act = Callable[[Session], None]
@@ -35,7 +35,7 @@ Way = tuple[tuple[float, float], ...]
 def forearm() -> PreparedScene:
     """The shipped arm with 400 taxels on its forearm: a pitch of 12 mm."""
     scene = load_scene("arm")
-    return prepare_cached(replace(scene, cover=replace(scene.cover, links=("forearm",), taxels=400), stimuli=()))
+    return prepare_once(replace(scene, cover=replace(scene.cover, links=("forearm",), taxels=400), stimuli=()))
 
 
 def place_of(taxel: int, height: float, *, prepared: PreparedScene | None = None) -> np.ndarray:

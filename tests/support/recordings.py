@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import replace
 from functools import cache
 
@@ -9,9 +10,11 @@ from mcap.opcode import Opcode
 
 from tactile_maps.contacts.pipeline import ReadingSettings
 from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.core.files import cache_folder
 from tactile_maps.editing.arrange import move
 from tactile_maps.editing.document import MapDocument
 from tactile_maps.recording.recorder import Recorder
+from tactile_maps.scene.scene import Scene
 from tactile_maps.scene.scene_file import load_scene
 from tactile_maps.session.inputs import ControlChanged, EffectsChanged, MapEdited, ReadingChanged
 from tactile_maps.session.prepare import PreparedScene
@@ -23,11 +26,23 @@ from tactile_maps.tactile.sensors.sensor_effects import Hysteresis, Noise, Senso
 NOISY = SensorEffects(noise=Noise(), hysteresis=Hysteresis())
 
 
+def prepare_once(scene: Scene) -> PreparedScene:
+    """Prepare a scene, or wait until another process of the run, which needs it at the same time, has prepared it."""
+    folder = cache_folder()
+    if folder is None or sys.platform == "win32":
+        return prepare_cached(scene)
+    import fcntl
+
+    with (folder / "preparing").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        return prepare_cached(scene)
+
+
 @cache
 def small_arm(taxels: int = 120, thickness: float = 0.01) -> PreparedScene:
     """Return the arm with few taxels; cached. A thicker skin [m] has larger triangles and is prepared faster."""
     scene = load_scene("arm")
-    return prepare_cached(replace(scene, cover=replace(scene.cover, taxels=taxels, thickness=thickness)))
+    return prepare_once(replace(scene, cover=replace(scene.cover, taxels=taxels, thickness=thickness)))
 
 
 def record(prepared: PreparedScene, path, *, ticks: int = 200, start: int = 0) -> Session:

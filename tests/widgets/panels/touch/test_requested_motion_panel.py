@@ -30,6 +30,11 @@ def driver():
         yield opened
 
 
+@pytest.fixture(scope="module")
+def prepared():
+    return prepared_bar()
+
+
 @pytest.fixture
 def panel(window_again, tmp_path):
     """Readings of the bar, touched with 6 N from the sixth on and 20 N in the end; five have been taken."""
@@ -39,7 +44,6 @@ def panel(window_again, tmp_path):
     path = tmp_path / "readings.csv"
     head = f"# unit: Pa\ntime,{','.join(map(str, range(len(pressed))))},joint:hinge\n"
     path.write_text(head + "".join(",".join(map(str, row)) + "\n" for row in rows))
-    window_again.live.show_prepared(prepared_bar())
     panel = window_again.column.get(RequestedMotionPanel)
     panel.set_folded(False)
     window_again.live.connection.open(LiveInputSettings(str(path), SourceOptions(speed=None)))
