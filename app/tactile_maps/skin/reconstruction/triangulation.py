@@ -294,8 +294,8 @@ def _local_delaunay_triangles(
     seen = np.einsum("nkd,nd->nk", normals[around], normals[centres]) > _MIN_NORMAL_AGREEMENT
     seen &= squared > _MIN_TANGENT_DISTANCE**2
     out = np.where(seen[:, :, None], flat / np.where(seen, squared, 1.0)[:, :, None], 0.0)
-    x = out[:, :, 0]
-    y = out[:, :, 1]
+    x: FloatArray = out[:, :, 0]
+    y: FloatArray = out[:, :, 1]
     inside = x[:, :, None] * y[:, None] - y[:, :, None] * x[:, None]  # on which side of the line from i to j it is
     n, i, j = np.nonzero((inside > _TIE) & seen[:, :, None] & seen[:, None])
     width = x[n, j] - x[n, i]
@@ -378,10 +378,12 @@ def _clip_ears(loop: IntArray, positions: FloatArray, normals: FloatArray, spaci
     while len(corners) >= 3:
         ring = np.array(corners)
         ear = np.stack([np.roll(ring, 1), ring, np.roll(ring, -1)], axis=1)
-        normal = np.cross(positions[ear[:, 1]] - positions[ear[:, 0]], positions[ear[:, 2]] - positions[ear[:, 0]])
-        length = np.linalg.norm(positions[ear[:, 2]] - positions[ear[:, 0]], axis=1)
+        second: FloatArray = positions[ear[:, 1]] - positions[ear[:, 0]]
+        third: FloatArray = positions[ear[:, 2]] - positions[ear[:, 0]]
+        normal = np.cross(second, third)
+        length: FloatArray = np.linalg.norm(third, axis=1)
         facing = np.einsum("kcd,kd->kc", normals[ear], normal).min(axis=1)
-        good = facing > _MIN_FILL_AGREEMENT * np.linalg.norm(normal, axis=1)
+        good: BoolArray = facing > _MIN_FILL_AGREEMENT * np.linalg.norm(normal, axis=1)
         good &= length <= MAX_EDGE_SPACINGS * np.minimum(spacing[ear[:, 0]], spacing[ear[:, 2]])
         if not good.any():
             return None
