@@ -77,10 +77,11 @@ def release_memory_between_scenes(window: MainWindow) -> None:
     """
     gc.collect()
     gc.freeze()
-    window.live.prepared_changed.connect(lambda _prepared: QTimer.singleShot(0, window, _release_memory))
+    window.live.prepared_changed.connect(lambda _prepared: QTimer.singleShot(0, window, release_memory))
 
 
-def _release_memory() -> None:
+def release_memory() -> None:
+    """Collect unused objects, and return their memory to the system."""
     gc.collect()
     trim = getattr(ctypes.CDLL(None), "malloc_trim", None) if sys.platform == "linux" else None
     if trim is not None:  # glibc keeps freed memory between what is in use
