@@ -349,24 +349,11 @@ def propagate_uncertainty(
     square = dot(forces, forces)
     effective = max(total * total / square, 1.0)
     widths: dict[str, Widths] = {}
-    noise = 0.0
-    shaken = 0.0
     place = 2 * errors.calibration**2 * square
-    for name, variances in reading_variances(errors, forces / areas, readings.taxels).items():
-        loads = variances * areas * areas
-        variance = float(loads.sum())
-        moment = dot(loads, squared)
-        widths[name] = Widths.normal(math.sqrt(variance))
-        place += moment
-        if name == "quantisation" and variance > 0:
-            widths[name] = _evenly_distributed(variance, variance**2 / dot(loads, loads))
-        if name in _WHITE:
-            noise += variance
-            shaken += moment / total**2
-    shift = _add_systematic(widths, errors, readings, squared, effective)
+    place, noise, shaken = _add_independent(widths, errors, readings, squared, place)
+    place += _add_systematic(widths, errors, readings, squared, effective)
     if errors.model:
         widths["contact_model"] = Widths(errors.model * total, _MODEL_LIMIT * errors.model * total)
-    place += shift
     moved = 0.0
     if motion is not None:
         rate = math.sqrt(max(motion.fastest - _HELD_NOISE * noise / motion.period**2, 0.0))
@@ -386,6 +373,34 @@ def propagate_uncertainty(
     parts = {name: width.standard for name, width in widths.items()}
     limits = {name: width.limit for name, width in widths.items()}
     return Uncertainty(math.sqrt(place), combine_parts(parts), parts, limits)
+
+
+def _add_independent(
+    widths: dict[str, Widths], errors: SensorUncertainty, readings: Readings, squared: FloatArray, place: float
+) -> tuple[float, float, float]:
+    """Add the independent errors of the taxels of a contact to ``widths``.
+
+    Returns:
+        ``place`` with their variance of force times place [N² m²]; and of the errors that differ from sample to sample,
+        the variances of force [N²] and place [m²].
+    """
+    forces = readings.forces
+    areas = readings.areas
+    total = float(forces.sum())
+    noise = 0.0
+    shaken = 0.0
+    for name, variances in reading_variances(errors, forces / areas, readings.taxels).items():
+        loads = variances * areas * areas
+        variance = float(loads.sum())
+        moment = dot(loads, squared)
+        widths[name] = Widths.normal(math.sqrt(variance))
+        place += moment
+        if name == "quantisation" and variance > 0:
+            widths[name] = _evenly_distributed(variance, variance**2 / dot(loads, loads))
+        if name in _WHITE:
+            noise += variance
+            shaken += moment / total**2
+    return place, noise, shaken
 
 
 def coverage_interval(force: float, limits: Mapping[str, float]) -> tuple[float, float]:

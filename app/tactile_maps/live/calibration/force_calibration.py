@@ -109,11 +109,7 @@ def fit_force(
     if log.readings.shape[1] != len(skin):
         raise LiveError("the log is of another skin", value=f"{log.readings.shape[1]} taxels for {len(skin)}")
     loads = _felt_loads(log, skin, changes=changes)
-    own = np.flatnonzero(loads.loaded.sum(axis=0) >= LEAST_ROWS)
-    if not len(own):
-        found = f"at most {loads.loaded.sum(axis=0).max()}"
-        remedy = f"Log at least {LEAST_ROWS} rows of one taxel under load"
-        raise LiveError("no taxel has enough rows", value=found, remedy=remedy)
+    own = _with_enough_rows(loads.loaded)
     random = np.random.default_rng(seed)
     if loads.joint:
         fold = folds_of(log.loads, folds, random)
@@ -127,15 +123,12 @@ def fit_force(
         [_branches(log.loads[loads.loaded[:, one]], loads.felt[loads.loaded[:, one], one], fits[one]) for one in fits]
     )
     pooled = np.setdiff1d(np.arange(len(skin)), own)
-    offset = loads.offset
-    sign = loads.sign
     if len(pooled):
         fits |= dict.fromkeys(pooled.tolist(), _common_fit(loads, own, fits))
-        offset = np.where(np.isfinite(offset), offset, np.median(offset[own]))
-        sign = np.where(np.isin(np.arange(len(skin)), pooled), 1.0 if sign[own].sum() >= 0 else -1.0, sign)
+        loads = _with_common_offset(loads, own, pooled)
     ordered = [fits[taxel] for taxel in range(len(skin))]
     return ForceCalibration(
-        _calibration(ordered, sign, offset),
+        _calibration(ordered, loads.sign, loads.offset),
         tuple(fit.kind for fit in ordered),
         loads.loaded.sum(axis=0),
         np.array([fit.uncertainty_with(one) for fit, one in zip(ordered, loads.offset_error.tolist(), strict=True)]),
@@ -185,6 +178,24 @@ def _felt_loads(log: CalibrationLog, skin: Skin, *, changes: bool) -> _FeltLoads
         felt[felt < _NOISE * noise] = 0.0
         targets = force_shares(log.loads, felt, areas)
     return _FeltLoads(offset, offset_error, sign, felt, areas, targets, _loaded(targets), joint)
+
+
+def _with_enough_rows(loaded: BoolArray) -> IntArray:
+    """Return the taxels (k,) with enough rows under load for a curve of their own; raises LiveError without any."""
+    rows = loaded.sum(axis=0)
+    own = np.flatnonzero(rows >= LEAST_ROWS)
+    if not len(own):
+        remedy = f"Log at least {LEAST_ROWS} rows of one taxel under load"
+        raise LiveError("no taxel has enough rows", value=f"at most {rows.max()}", remedy=remedy)
+    return own
+
+
+def _with_common_offset(loads: _FeltLoads, own: IntArray, pooled: IntArray) -> _FeltLoads:
+    """Return the loads with the direction of most taxels ``own`` (k,), and their offset where none was measured."""
+    sign = loads.sign.copy()
+    sign[pooled] = 1.0 if sign[own].sum() >= 0 else -1.0
+    offset = np.where(np.isfinite(loads.offset), loads.offset, np.median(loads.offset[own]))
+    return loads._replace(sign=sign, offset=offset)
 
 
 def _fit_each(

@@ -210,13 +210,7 @@ def build_robot(
         limit_efforts(spec.joints, drives or {})
     used = {mesh.file for mesh in spec.meshes}
     files = {file: content for file, content in assets.items() if file in used}
-    first = _compile_with_masses(spec, source, notes)
-    check_magnitudes(first, source)
-    notes += limited_hulls(first)
-    notes += oversized_meshes(first)
-    notes += ranges_in_degrees(first)
-    state_scaled_masses(spec, first)
-    enforce_inertia_inequality(spec, first)
+    first = _first_model(spec, source, notes)
     with errors_in_file(source):
         if not requested:
             requested, chosen = _choose_home(first, source)
@@ -230,6 +224,16 @@ def build_robot(
     notes += smoke_test(model, rest, source)
     links = _links(model, missing_meshes(spec, files), left_out or {})
     return Robot(name, source, text, files, links, _joints(model, drives or {}), rest, tuple(notes))
+
+
+def _first_model(spec: mujoco.MjSpec, source: str, notes: list[Finding]) -> mujoco.MjModel:
+    """Compile the spec, check the numbers of the model, add findings to ``notes``, and state its masses in the spec."""
+    model = _compile_with_masses(spec, source, notes)
+    check_magnitudes(model, source)
+    notes += [*limited_hulls(model), *oversized_meshes(model), *ranges_in_degrees(model)]
+    state_scaled_masses(spec, model)
+    enforce_inertia_inequality(spec, model)
+    return model
 
 
 def _links(

@@ -172,19 +172,9 @@ def cover_robot(robot: Robot, spec: CoverSpec | None = None, *, progress: Progre
     _check_links(robot, choices[0], meshes)
     findings += placeholder_notes(robot, spec.links)
     configuration = Configuration(robot)
-    pieces = list[tuple[str, Mesh]]()
     for links in choices:
-        usable_area = 0.0
-        voxel = _voxel({name: meshes[name] for name in links}, spec)
-        spacing = min(voxel, coarsest_voxel(spec.thickness))
-        clouds = {name: sample_surface(mesh, spacing) for name, mesh in meshes.items()}
-        for i, name in enumerate(links):
-            progress(f"Covering {name}", 0.7 * i / len(links))
-            found, area, notes = _usable_pieces(configuration, meshes, clouds, name, spec, voxel)
-            pieces += [(name, surface) for surface in found]
-            if name not in spec.bare:
-                usable_area += area
-                findings += notes
+        pieces, usable_area, notes = _pieces_of_links(configuration, meshes, links, spec, progress)
+        findings += notes
         if pieces:
             break
     if not pieces:
@@ -272,6 +262,26 @@ def _voxel(meshes: dict[str, Mesh], spec: CoverSpec) -> float:
             remedy=f"Choose at least {finest:.3g} mm, or fewer links",
         )
     return float(np.sqrt(3.0 * taxel_area / FACES_PER_TAXEL))
+
+
+def _pieces_of_links(
+    configuration: Configuration, meshes: dict[str, Mesh], links: Sequence[str], spec: CoverSpec, progress: Progress
+) -> tuple[list[tuple[str, Mesh]], float, list[Finding]]:
+    """Return the usable pieces of ``links``, each with its link; and of those that are not bare, area and findings."""
+    voxel = _voxel({name: meshes[name] for name in links}, spec)
+    spacing = min(voxel, coarsest_voxel(spec.thickness))
+    clouds = {name: sample_surface(mesh, spacing) for name, mesh in meshes.items()}
+    pieces = list[tuple[str, Mesh]]()
+    usable_area = 0.0
+    findings = list[Finding]()
+    for i, name in enumerate(links):
+        progress(f"Covering {name}", 0.7 * i / len(links))
+        found, area, notes = _usable_pieces(configuration, meshes, clouds, name, spec, voxel)
+        pieces += [(name, surface) for surface in found]
+        if name not in spec.bare:
+            usable_area += area
+            findings += notes
+    return pieces, usable_area, findings
 
 
 def _usable_pieces(
