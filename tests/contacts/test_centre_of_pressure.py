@@ -12,7 +12,6 @@ from tactile_maps.contacts.detection.centre_of_pressure import (
     ContactLocation,
     SensorUncertainty,
     principal_axes,
-    taxel_positions,
 )
 from tactile_maps.core.errors import MapError
 from tactile_maps.editing.arrange import move
@@ -35,7 +34,7 @@ SKIN = MAP.skin
 
 
 def test_map_point_is_located_on_the_body_by_its_containing_triangle():
-    placer = BackProjector(MAP, taxel_positions(SKIN))
+    placer = BackProjector(MAP, SKIN.positions)
     random = np.random.default_rng(0)
     for taxel in range(0, len(SKIN), 9):
         patch = int(SKIN.patch_of[taxel])
@@ -56,7 +55,7 @@ def test_map_point_is_located_on_the_body_by_its_containing_triangle():
 
 def test_walk_continues_after_meeting_a_border():
     """The walk starts at the farthest triangle of the patch, from which the straight line may leave the map."""
-    placer = BackProjector(MAP, taxel_positions(SKIN))
+    placer = BackProjector(MAP, SKIN.positions)
     for taxel in range(0, len(SKIN), 17):
         patch = int(SKIN.patch_of[taxel])
         centre = MAP.taxel_points[taxel]
@@ -64,23 +63,23 @@ def test_walk_continues_after_meeting_a_border():
         far = int(np.linalg.norm(MAP.uv[patch][faces].mean(axis=1) - centre, axis=1).argmax())
         place = placer.place(patch, centre, near=far)
         assert place is not None
-        assert SKIN.position(place.at) == pytest.approx(taxel_positions(SKIN)[taxel], abs=1e-9)
+        assert SKIN.position(place.at) == pytest.approx(SKIN.positions[taxel], abs=1e-9)
 
 
 def test_point_outside_its_patch_has_no_position_even_on_another_patch():
-    placer = BackProjector(MAP, taxel_positions(SKIN))
+    placer = BackProjector(MAP, SKIN.positions)
     other = MAP.taxel_points[int(SKIN.first[1])]
     assert MAP.to_body(other).patch == 1
     assert placer.place(0, other, near=0) is None
 
 
 def test_edited_map_locates_points_by_its_new_layout():
-    placer = BackProjector(MAP, taxel_positions(SKIN))
+    placer = BackProjector(MAP, SKIN.positions)
     placer.place(0, MAP.taxel_points[0], near=placer.face_of(0))
     moved = move(MapDocument.of(MAP), [0], (0.3, 0.0)).map
     placer.use(moved)
     place = placer.place(0, moved.taxel_points[0], near=placer.face_of(0))
-    assert place.link_position == pytest.approx(taxel_positions(SKIN)[0], abs=1e-9)
+    assert place.link_position == pytest.approx(SKIN.positions[0], abs=1e-9)
     first, *rest = moved.layout.placements
     large = replace(moved, layout=MapLayout((replace(first, scale=2 * first.scale), *rest)))
     placer.use(large)
@@ -94,7 +93,7 @@ def test_edited_map_locates_points_by_its_new_layout():
 
 
 def test_empty_skin_has_no_positions():
-    assert taxel_positions(Skin(())).shape == (0, 3)
+    assert Skin(()).positions.shape == (0, 3)
 
 
 AT = SurfacePoint(0, 0, (1.0, 0.0, 0.0))

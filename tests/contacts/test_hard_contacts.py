@@ -26,7 +26,6 @@ from tests.hard_cases.touch_checks import (
     largest_jump,
     play,
     spring_force,
-    taxel_positions,
 )
 
 ONE_PIECE = (
@@ -202,7 +201,7 @@ def test_pressure_is_located_under_the_probe(name):
     """No taxel farther away than the ball and a cell reads anything."""
     run = probed(name, "water-fill")
     here = place(name)
-    away = np.linalg.norm(taxel_positions(run.prepared.skin)[:, None] - run.frames[-1].objects[:, :3, 3], axis=2)
+    away = np.linalg.norm(run.prepared.skin.positions[:, None] - run.frames[-1].objects[:, :3, 3], axis=2)
     felt = run.frames[-1].pressures > 0
     assert felt.any()
     assert (away.min(axis=1)[felt] < 2 * here.radius + 2.5 * here.pitch).all()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from tactile_maps.contacts.detection.centre_of_pressure import taxel_positions
 from tactile_maps.contacts.detection.regions import SeamCrossings, TaxelGraph
 from tests.support.touch import arm
 
@@ -28,7 +27,7 @@ def test_groups_are_connected_components_of_touched_taxels():
 
 def test_group_on_both_sides_of_a_seam_is_torn():
     map_ = arm().map
-    seams = SeamCrossings(map_, taxel_positions(map_.skin))
+    seams = SeamCrossings(map_, map_.skin.positions)
     assert len(seams.pairs)
     for a, b in seams.pairs.tolist():
         assert seams.tear(frozenset({a, b}))

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tactile_maps.contacts.detection.centre_of_pressure import taxel_positions
 from tactile_maps.contacts.detection.regions import TaxelGraph, TaxelGroup
 from tactile_maps.contacts.detection.tracking import (
     DWELL,
@@ -22,7 +21,7 @@ from tests.support.sensors import row
 from tests.support.touch import arm, bar_skin
 
 SKIN = bar_skin(400)
-BODY = taxel_positions(SKIN)
+BODY = SKIN.positions
 MEMORY_GRAPH = TaxelGraph(SKIN)
 PITCH = float(np.sqrt(np.median(SKIN.areas)))
 
@@ -106,7 +105,7 @@ def test_nearest_lost_contact_returns_and_only_once():
 def test_contact_on_another_link_is_new():
     skin = arm().skin
     graph = TaxelGraph(skin)
-    body = taxel_positions(skin)
+    body = skin.positions
     first, other = (graph.groups([int(skin.first[patch])])[0] for patch in (0, 1))
     assert skin.patches[0].link != skin.patches[1].link
     made = TrackMemory(skin, np.zeros_like(body))  # all in one place, each in its own link's frame

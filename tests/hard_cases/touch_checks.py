@@ -13,7 +13,6 @@ from tactile_maps.session.frame import Failure, Frame
 from tactile_maps.session.inputs import SessionInput
 from tactile_maps.session.prepare import PreparedScene
 from tactile_maps.session.session import Session
-from tactile_maps.skin.model.skin import Skin
 from tests.hard_cases.touch import SPRING
 
 
@@ -103,14 +102,9 @@ def centres(run: Run) -> np.ndarray:
     """(k, 3) centre of pressure of all taxels together at each tick at which something is felt [m], link frame."""
     forces = np.array([frame.pressures for frame in run.frames]) * run.prepared.skin.areas
     felt = forces[forces.sum(axis=1) > 0]
-    return felt @ taxel_positions(run.prepared.skin) / felt.sum(axis=1, keepdims=True)
+    return felt @ run.prepared.skin.positions / felt.sum(axis=1, keepdims=True)
 
 
 def largest_jump(places: np.ndarray) -> float:
     """The longest step between places that follow each other [m]."""
     return float(np.linalg.norm(np.diff(places, axis=0), axis=1).max(initial=0.0))
-
-
-def taxel_positions(skin: Skin) -> np.ndarray:
-    """(taxels, 3) [m], frames of their links."""
-    return np.concatenate([patch.taxels.positions for patch in skin.patches])

@@ -12,7 +12,6 @@ from tactile_maps.simulation.model.model_assembly import assemble
 from tactile_maps.simulation.model.object_geoms import has_body
 from tactile_maps.simulation.pressing_shapes import Solids, contact_candidates
 from tactile_maps.skin.collision_shapes import excluded_pairs
-from tactile_maps.skin.link_hulls import skinned_links
 from tactile_maps.tactile.mechanics.loads import Box, Cylinder, MeshShape, Plane, Sphere
 from tests.support.scene_objects import every_kind, thing
 from tests.support.touch import arm, bar, bar_skin, pair
@@ -102,7 +101,7 @@ def found(contact: str, objects=()):
 
 @pytest.mark.long
 def test_objects_are_checked_against_every_link_with_skin():
-    links = set(skinned_links(arm().skin))
+    links = set(arm().skin.links)
     assert {(m.link, m.by) for m in found("probe", every_kind())} == {(link, "probe") for link in links}
     outside = found("environment", every_kind())
     assert {(m.link, m.by) for m in outside} == {(link, t.spec.name) for link in links for t in every_kind()}
@@ -118,9 +117,9 @@ def test_each_pair_of_links_is_checked_once_unless_excluded():
     itself = found("self")
     met = [frozenset((m.link, m.by)) for m in itself if m.own is not None]
     assert len(set(met)) == len(met)
-    assert set(met) <= {frozenset((a, b)) for a in skinned_links(arm().skin) for b in skinned_links(arm().skin)}
+    assert set(met) <= {frozenset((a, b)) for a in arm().skin.links for b in arm().skin.links}
     assert not any(frozenset((m.link, m.by)) in apart for m in itself)
-    assert {m.by for m in itself} - set(skinned_links(arm().skin)), "links without skin press too"
+    assert {m.by for m in itself} - set(arm().skin.links), "links without skin press too"
 
 
 def test_shape_of_the_link_is_included_if_both_links_have_skin():

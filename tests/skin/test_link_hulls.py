@@ -12,7 +12,7 @@ from scipy.spatial import ConvexHull
 from tactile_maps.core.errors import Finding
 from tactile_maps.robots.files.mesh_files import box_mesh
 from tactile_maps.robots.model.mujoco_spec import compile_spec
-from tactile_maps.skin.link_hulls import corners_with_faces, hull_name, hull_points, hulls_spec, skinned_links
+from tactile_maps.skin.link_hulls import corners_with_faces, hull_name, hull_points, hulls_spec
 from tactile_maps.skin.model.skin import PLACEHOLDER_COVERED
 from tests.support.touch import arm, pair
 
@@ -74,6 +74,6 @@ def test_hulls_collide_in_place_of_the_shapes_of_skinned_links():
     skin = arm().skin
     model = compile_spec(hulls_spec(robot, skin), source=robot.source)
     solid = [int(geom) for geom in np.flatnonzero(model.geom_contype)]
-    of_skinned = {model.geom(g).name for g in solid if model.body(model.geom_bodyid[g]).name in skinned_links(skin)}
-    assert of_skinned == {hull_name(link) for link in skinned_links(skin)}
+    of_skinned = {model.geom(g).name for g in solid if model.body(model.geom_bodyid[g]).name in skin.links}
+    assert of_skinned == {hull_name(link) for link in skin.links}
     assert {model.body(model.geom_bodyid[g]).name for g in solid} == {link.name for link in robot.links}

@@ -11,7 +11,6 @@ from scipy.spatial import ConvexHull
 
 from tactile_maps.core.files import FOLDER_VARIABLE
 from tactile_maps.geometry.surface.mesh import Mesh
-from tactile_maps.skin.link_hulls import skinned_links
 from tactile_maps.skin.link_pieces import (
     BARE_AREA,
     PIECES_SUFFIX,
@@ -135,7 +134,7 @@ def test_bare_parts_that_cannot_collide_are_reported():
 
 @pytest.mark.parametrize(("robot", "skin"), [hollow("flat"), (bar(), bar_skin()), pair()])
 def test_links_with_convex_skin_collide_as_their_hull(robot, skin):
-    for link in skinned_links(skin):
+    for link in skin.links:
         assert hull_fit(robot, skin, link).share <= PROUD_AREA
         assert link_pieces(robot, skin, link) is None
 

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from tactile_maps.core.errors import SceneError
+from tactile_maps.geometry.surface.points import cumulative_lengths
 from tactile_maps.skin.model.skin import Patch, Skin
 from tactile_maps.stimuli.skin_locations import SkinLocator, principal_axes
-from tactile_maps.stimuli.stimulus_kinds import Babble, FingerPath, Grasp, Roll, Stroke, Tap, cumulative_lengths
+from tactile_maps.stimuli.stimulus_kinds import Babble, FingerPath, Grasp, Roll, Stroke, Tap
 from tactile_maps.tactile.babbling import BabbleSpec, touched_places
 from tests.support.touch import arm, bar_skin
 

@@ -14,7 +14,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tactile_maps.contacts.detection.centre_of_pressure import taxel_positions
 from tactile_maps.contacts.detection.detection import TOUCH_THRESHOLD
 from tactile_maps.scene.effects import EFFECTS
 from tactile_maps.scene.scene import Scene
@@ -49,7 +48,7 @@ def errors_of(scene: Scene) -> Iterator[StatedError]:
         for name in (scene.unattended.effects.skin, *(("half-space",) if shaped else ()))
     ]
     spacing = np.sqrt(np.mean(skin.areas))
-    positions = taxel_positions(skin)
+    positions = skin.positions
     session = Session(prepared, effects=scene.unattended.effects)
     for tick in range(round(SECONDS / scene.tick)):
         frame = session.tick()

@@ -35,7 +35,7 @@ from tactile_maps.maps.model.interpolation import INTERPOLATIONS
 from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.robots.kinematics import Configuration
 from tactile_maps.robots.model.robot import Robot
-from tactile_maps.skin.model.skin import number_ranges
+from tactile_maps.skin.model.skin import Skin, number_ranges
 from tactile_maps.tactile.mechanics.receptive_field import pad_displacements
 from tactile_maps.tactile.sensors.sensor_effects import SensorEffects
 
@@ -206,7 +206,7 @@ class ContactPipeline:
         self._missing = MissingReadings(map_.skin)
         self.set_sensor_model(sensor)
         # Self-touch needs skin on two links.
-        several = len({patch.link for patch in map_.skin.patches}) > 1
+        several = len(map_.skin.links) > 1
         self._configuration = Configuration(robot) if several else None
         self._nothing = np.zeros(len(map_.skin))
         self.estimates: Mapping[int, ForceEstimate] = {}
@@ -405,10 +405,6 @@ def read_contacts(
 
     Cost: 10 ms for 1000 taxels; an estimator that removes the blur 0.2 s.
     """
-    pressures = np.asarray(pressures, dtype=np.float64)
-    if pressures.shape != (len(map_.skin),):
-        remedy = f"Give one number for each of the {len(map_.skin)} taxels"
-        raise MapError("the pressures do not fit this skin", value=f"shape {pressures.shape}", remedy=remedy)
     if estimator == "lumped":
         remedy = f"Choose one of: {', '.join(name for name in ESTIMATORS if name != 'lumped')}"
         raise MapError("a force-torque sensor is not read from pressures", value=estimator, remedy=remedy)
@@ -416,12 +412,27 @@ def read_contacts(
     errors = errors or SensorUncertainty()
     detector = ContactDetector(map_, threshold=settings.thresholds_for(errors), errors=errors)
     forces = RegionForceEstimator(map_, estimator=estimator, depth=depth)
+    pressures, estimated = _complete_readings(map_.skin, np.asarray(pressures, dtype=np.float64), detector)
+    return forces.read(detector.read(pressures, estimated=estimated), pressures, errors)[0]
+
+
+def _complete_readings(
+    skin: Skin, pressures: FloatArray, detector: ContactDetector
+) -> tuple[FloatArray, FloatArray | None]:
+    """Return the readings with estimates for missing ones, and the uncertainties of the estimates, if there are any.
+
+    Raises:
+        MapError: Not one pressure for each taxel, a pressure is infinite, or a missing one cannot be estimated.
+    """
+    if pressures.shape != (len(skin),):
+        remedy = f"Give one number for each of the {len(skin)} taxels"
+        raise MapError("the pressures do not fit this skin", value=f"shape {pressures.shape}", remedy=remedy)
     infinite = np.flatnonzero(np.isinf(pressures))
     if len(infinite):
         place = f"taxel {infinite[0]}"
         remedy = "Use NaN for a taxel that did not report"
         raise MapError("a pressure is infinite", place=place, value=pressures[infinite[0]], remedy=remedy)
-    missing = MissingReadings(map_.skin)
+    missing = MissingReadings(skin)
     filled = _with_estimates(missing, pressures, detector)
     if missing.blind:
         area = missing.blind[0]
@@ -431,9 +442,7 @@ def read_contacts(
             value=f"taxels {number_ranges(area.taxels)}",
             remedy="Read the skin again, or use 0 for taxels that count as untouched",
         )
-    if filled is None:
-        return forces.read(detector.read(pressures), pressures, errors)[0]
-    return forces.read(detector.read(filled.pressures, estimated=filled.sd), filled.pressures, errors)[0]
+    return (pressures, None) if filled is None else filled
 
 
 def _with_estimates(

@@ -203,11 +203,10 @@ def drawing_from_taxels(sets: Sequence[TaxelSet], skin: Skin) -> TaxelLayout:
     Raises:
         MapError: Same as for ``drawn_layout``.
     """
-    links = {patch.link for patch in skin.patches}
     points = []
     numbers = []
     for taxels in [taxels for taxels in sets if taxels.mapped.any()] or sets:
-        on_link = [patch.link == taxels.link or taxels.link not in links for patch in skin.patches]
+        on_link = [patch.link == taxels.link or taxels.link not in skin.links for patch in skin.patches]
         own = np.flatnonzero(np.asarray(on_link)[skin.patch_of])
         layout = drawn_layout(taxels, Skin(tuple(p for p, mine in zip(skin.patches, on_link, strict=True) if mine)))
         assert layout.numbers is not None

@@ -127,7 +127,7 @@ def outline(region: ContactRegion, frame: Frame, skin: Skin) -> FloatArray:
     second = np.cross(region.link_normal, first)
     count = len(region.taxels) if region.touched is None else region.touched
     touched = region.taxels[np.argsort(-frame.pressures[region.taxels], kind="stable")[:count]]
-    positions = np.concatenate([patch.taxels.positions for patch in skin.patches])[touched]
+    positions = skin.positions[touched]
     flat = (positions - region.link_position) @ np.column_stack([first, second])
     if len(flat) >= 3:
         try:

@@ -82,7 +82,7 @@ def write_film(player: RecordingPlayer, path: Path, *, rate: float, progress: Pr
         if done % 100 == 0:
             look("Looking for the highest pressure", done / count)
         frame = player.frame(player.number_at(done / rate))
-        highest = max(highest, float(np.nanmax(frame.pressures, initial=0.0)))
+        highest = max(highest, frame.highest_pressure)
     edits = [tick for tick, session_input in player.inputs if isinstance(session_input, MapEdited)]
     passed = 0
     draw = part_of_progress(progress, 0.1, 1.0)

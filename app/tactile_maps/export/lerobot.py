@@ -93,7 +93,10 @@ def write_lerobot(player: RecordingPlayer, folder: Path, *, fps: int | None = No
         import pyarrow.parquet as parquet
     rows_of = _rows_of(player)
     if fps is not None:
-        rows_of = _at_rate(player, rows_of, fps)
+        if not 1 <= fps <= rows_of.rate:
+            remedy = f"Choose 1 to {rows_of.rate}, the rate of the readings"
+            raise ExportError("invalid number of rows a second", value=fps, remedy=remedy)
+        rows_of = _at_rate(player, fps)
     found = rows_of.episodes
     counts = _in_counts(player)
     sheared = has_shear(player)
@@ -157,50 +160,32 @@ class _RowsOf:
 
 def _rows_of(player: RecordingPlayer) -> _RowsOf:
     """Return a row for each tick; for a real skin, whose readings come at any time, the newest at equal steps."""
-    found = episodes(player)
     if player.measured is None:
         rate = 1.0 / player.prepared.scene.tick
         if abs(rate - round(rate)) > 1e-6 * rate:
             remedy = "Record with a tick of 0.005 s, 0.004 s, ... or export to parquet"
             raise ExportError("LeRobot needs a whole number of ticks a second", value=f"{rate:.6g}", remedy=remedy)
-        return _each_tick(round(rate), found)
+        return _each_tick(round(rate), episodes(player))
     steps = np.diff(player.times)
     usual = max(round(1 / float(np.median(steps))), 1) if len(steps) else 1
-    done = 0
-    frames = []
-    sampled = []
-    for one in found:
-        times = player.times[one.first : one.first + one.frames]
-        count = int((times[-1] - times[0]) * usual + 1e-6) + 1
-        row_times = times[0] + np.arange(count) / usual + 1e-9
-        sampled.append(replace(one, first=done, frames=count))
-        frames.append(one.first + np.searchsorted(times, row_times, side="right") - 1)
-        done += count
-    return _RowsOf(usual, np.concatenate(frames), sampled)
+    return replace(_at_rate(player, usual), since=None)
 
 
-def _at_rate(player: RecordingPlayer, rows_of: _RowsOf, fps: int) -> _RowsOf:
-    """Return rows at a lower rate, with the first frame since the previous row.
-
-    Raises:
-        ExportError: The rate is out of range.
-    """
-    if not 1 <= fps <= rows_of.rate:
-        remedy = f"Choose 1 to {rows_of.rate}, the rate of the readings"
-        raise ExportError("invalid number of rows a second", value=fps, remedy=remedy)
+def _at_rate(player: RecordingPlayer, rate: int) -> _RowsOf:
+    """Return rows at a rate of the readings or a lower one, with the first frame since the previous row."""
     frames = []
     since = []
     sampled = []
     done = 0
     for one in episodes(player):
         times = player.times[one.first : one.first + one.frames]
-        count = int((times[-1] - times[0]) * fps + 1e-6) + 1
-        rows = np.searchsorted(times, times[0] + np.arange(count) / fps + 1e-9, side="right") - 1
+        count = int((times[-1] - times[0]) * rate + 1e-6) + 1
+        rows = np.searchsorted(times, times[0] + np.arange(count) / rate + 1e-9, side="right") - 1
         sampled.append(replace(one, first=done, frames=count))
         frames.append(one.first + rows)
         since.append(one.first + np.minimum(np.concatenate([[0], rows[:-1] + 1]), rows))
         done += count
-    return _RowsOf(fps, np.concatenate(frames), sampled, np.concatenate(since))
+    return _RowsOf(rate, np.concatenate(frames), sampled, np.concatenate(since))
 
 
 def _windows(

@@ -83,7 +83,7 @@ class LiveRerun(LiveViewer):
         if map_ is not self._map:
             self._map = map_
             self._log.use_map(map_)
-        scale = rounded_scale(1e-3 * float(np.nanmax(frame.pressures, initial=0.0)))
+        scale = rounded_scale(1e-3 * frame.highest_pressure)
         if scale > self._scale:
             self._scale = scale
             self._log.use_scale(scale)

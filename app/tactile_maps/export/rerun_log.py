@@ -15,7 +15,7 @@ from tactile_maps.core.reading_units import ReadingUnits
 from tactile_maps.maps.model.tactile_image import TactileImage
 from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.maps.pressure_colours import COLOURS, colour_image
-from tactile_maps.recording.encoding.viewer_messages import object_frame
+from tactile_maps.recording.encoding.viewer_messages import frame_names, object_frame
 from tactile_maps.robots.kinematics import Configuration
 from tactile_maps.session.frame import Frame
 from tactile_maps.session.prepare import PreparedScene
@@ -70,9 +70,8 @@ class RerunLog:
         rr = self._rr
         prepared = self._prepared
         self._configuration.update(frame.posture)
-        names = [link.name for link in prepared.robot.links]
-        names += [object_frame(body.spec.name) for body in prepared.objects]
-        for name, pose in zip(names, np.concatenate([self._configuration.poses(), frame.objects]), strict=True):
+        poses = np.concatenate([self._configuration.poses(), frame.objects])
+        for name, pose in zip(frame_names(prepared), poses, strict=True):
             self._stream.log(f"world/{name}", rr.Transform3D(translation=pose[:3, 3], mat3x3=pose[:3, :3]))
         self._stream.log("tactile_image", rr.Image(colour_image(self._image, frame.pressures, self._scale)))
         self._add_taxels(frame)
@@ -90,7 +89,7 @@ class RerunLog:
             self._stream.log(f"world/{patch.link}/taxels/{patch.name}", points)
 
     def _add_contacts(self, frame: Frame) -> None:
-        for link in dict.fromkeys(patch.link for patch in self._prepared.skin.patches):
+        for link in self._prepared.skin.links:
             own = [region for region in frame.regions if region.link == link]
             arrows = self._rr.Arrows3D(
                 origins=[one.link_position - _METRES_A_NEWTON * one.force_vector for one in own],

@@ -40,7 +40,7 @@ from tactile_maps.export.contact_messages import (
 )
 from tactile_maps.export.tables import paced_frames, taxel_labels
 from tactile_maps.maps.model.tactile_image import TactileImage
-from tactile_maps.recording.encoding.viewer_messages import object_frame
+from tactile_maps.recording.encoding.viewer_messages import frame_names
 from tactile_maps.recording.player import RecordingPlayer
 from tactile_maps.robots.kinematics import Configuration
 from tactile_maps.session.frame import Frame
@@ -134,28 +134,24 @@ class _Bag:
             effort=np.zeros(0),
         )
         self._write("/joint_states", frame.tick, joints)
-        size = len(frame.pressures)
-        dimension = self._make("std_msgs/msg/MultiArrayDimension", label="taxel", size=size, stride=size)
-        layout = self._make("std_msgs/msg/MultiArrayLayout", dim=[dimension], data_offset=0)
         calibrated = frame.units is not ReadingUnits.COUNTS
-        data = (frame.pressures if calibrated else 1e-3 * frame.pressures).astype(np.float32)
-        topic = "/skin/pressures" if calibrated else "/skin/readings"
-        self._write(topic, frame.tick, self._make("std_msgs/msg/Float32MultiArray", layout=layout, data=data))
+        unit = 1.0 if calibrated else 1e-3
+        self._add_array("/skin/pressures" if calibrated else "/skin/readings", frame.tick, unit * frame.pressures)
         if frame.shear is not None:
-            self._add_shear(frame, frame.shear if calibrated else 1e-3 * frame.shear)
+            self._add_array("/skin/shear", frame.tick, unit * frame.shear)
         self._write("/skin/contacts", frame.tick, self._contacts(frame))
 
-    def _add_shear(self, frame: Frame, shear: FloatArray) -> None:
-        """Write shear (taxels, 2)."""
-        count = len(shear)
-        sizes = (("taxel", count, 2 * count), ("axis", 2, 2))
+    def _add_array(self, topic: str, tick: int, values: FloatArray) -> None:
+        """Write values (taxels,) or (taxels, 2)."""
         dimensions = [
-            self._make("std_msgs/msg/MultiArrayDimension", label=label, size=size, stride=stride)
-            for label, size, stride in sizes
+            self._make(
+                "std_msgs/msg/MultiArrayDimension", label=label, size=size, stride=math.prod(values.shape[axis:])
+            )
+            for axis, (label, size) in enumerate(zip(("taxel", "axis"), values.shape, strict=False))
         ]
         layout = self._make("std_msgs/msg/MultiArrayLayout", dim=dimensions, data_offset=0)
-        data = shear.astype(np.float32).ravel()
-        self._write("/skin/shear", frame.tick, self._make("std_msgs/msg/Float32MultiArray", layout=layout, data=data))
+        data = values.astype(np.float32).ravel()
+        self._write(topic, tick, self._make("std_msgs/msg/Float32MultiArray", layout=layout, data=data))
 
     def _contacts(self, frame: Frame) -> Any:
         links = dict.fromkeys(region.link for region in frame.regions)
@@ -201,7 +197,7 @@ class _Bag:
         """Write transforms, taxels, tactile image and contacts."""
         self._configuration.update(frame.posture)
         self._write("/tf", frame.tick, self._make("tf2_msgs/msg/TFMessage", transforms=self._transforms(frame)))
-        for link in dict.fromkeys(patch.link for patch in self._prepared.skin.patches):
+        for link in self._prepared.skin.links:
             self._write(f"/taxels/{link}", frame.tick, self._cloud(frame, link))
         values = self._image.render(frame.pressures)
         image = self._make(
@@ -241,8 +237,7 @@ class _Bag:
         return self._make(f"geometry_msgs/msg/{kind}", **dict(zip("xyzw", map(float, values), strict=False)))
 
     def _transforms(self, frame: Frame) -> list[Any]:
-        names = [link.name for link in self._prepared.robot.links]
-        names += [object_frame(body.spec.name) for body in self._prepared.objects]
+        names = frame_names(self._prepared)
         poses = np.concatenate([self._configuration.poses(), frame.objects])
         turns = Rotation.from_matrix(poses[:, :3, :3]).as_quat()
         return [

@@ -125,7 +125,7 @@ def highest_reading(player: RecordingPlayer, progress: Progress) -> float:
     for number, frame in enumerate(player):
         if number % BATCH == 0:
             progress("Finding the highest reading", number / len(player))
-        highest = max(highest, float(np.nanmax(frame.pressures, initial=0.0)))
+        highest = max(highest, frame.highest_pressure)
     return highest
 
 
@@ -307,8 +307,6 @@ def taxel_columns(prepared: PreparedScene) -> Columns:
     skin = prepared.skin
     patches = [skin.patches[number] for number in skin.patch_of]
     names = [skin.taxel_name(taxel) for taxel in range(len(skin))]
-    positions = np.concatenate([patch.taxels.positions for patch in skin.patches])
-    normals = np.concatenate([patch.taxels.normals for patch in skin.patches])
     return {
         "taxel": np.arange(len(skin)),
         "label": np.array(taxel_labels(skin)),
@@ -318,8 +316,8 @@ def taxel_columns(prepared: PreparedScene) -> Columns:
         **({"name": np.array([name.name or "" for name in names])} if any(name.name for name in names) else {}),
         "patch": np.array([patch.name for patch in patches]),
         "link": np.array([patch.link for patch in patches]),
-        **{f"{axis}_m": column for axis, column in zip("xyz", positions.T, strict=True)},
-        **{f"normal_{axis}": column for axis, column in zip("xyz", normals.T, strict=True)},
+        **{f"{axis}_m": column for axis, column in zip("xyz", skin.positions.T, strict=True)},
+        **{f"normal_{axis}": column for axis, column in zip("xyz", skin.normals.T, strict=True)},
         **_tangents(prepared),
         "area_m2": skin.areas,
         "map_x_m": prepared.map.taxel_points[:, 0],

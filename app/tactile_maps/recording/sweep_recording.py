@@ -78,7 +78,7 @@ def record_case(case: Mapping[str, Any], *, common: SweepRecording) -> list[dict
             frame = session.tick()
             recorder.write(frame, session.inputs)
             contacts |= {region.id for region in frame.regions}
-            strongest = max([strongest, *(region.force for region in frame.regions)])
+            strongest = max(strongest, frame.strongest_force)
             touched += bool(frame.regions)
     return [{"frames": count, "contacts": len(contacts), "touched": touched / count, "max_force_N": strongest}]
 

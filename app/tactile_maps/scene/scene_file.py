@@ -276,6 +276,11 @@ def file_names(paths: Sequence[str]) -> str:
     return f"{first} and {others[0] if len(others) == 1 else f'{len(others)} more'}"
 
 
+def _on_first_patch(scene: Scene) -> tuple[Stimulus, ...]:
+    """Return the first stimulus, if there is one, on the first patch of any skin."""
+    return tuple(replace(stimulus, patch="") for stimulus in scene.stimuli[:1])
+
+
 def with_taxels(scene: Scene, paths: Sequence[str], *, links: tuple[str, ...] = ()) -> Scene:
     """Return the scene with the taxels of files; the scripted finger touches the first patch.
 
@@ -285,7 +290,7 @@ def with_taxels(scene: Scene, paths: Sequence[str], *, links: tuple[str, ...] = 
         links: The links of the files that do not name theirs.
     """
     paths = tuple(paths)
-    stimuli = tuple(replace(stimulus, patch="") for stimulus in scene.stimuli[:1])
+    stimuli = _on_first_patch(scene)
     alone = scene.robot == NO_ROBOT
     title = scene.title
     if alone:
@@ -310,7 +315,7 @@ def with_grid(scene: Scene, grid: GridSpec, covered: Sequence[str]) -> Scene:
     """
     if not scene.taxel_files:
         scene = without_cover(scene, grid.link, covered)
-    stimuli = tuple(replace(stimulus, patch="") for stimulus in scene.stimuli[:1])
+    stimuli = _on_first_patch(scene)
     return replace(scene, grids=(*scene.grids, grid), stimuli=stimuli)
 
 

@@ -116,6 +116,16 @@ class Frame(ArrayFields):
         return ReadingUnits.CALIBRATED if self.measured is None else self.measured.units
 
     @property
+    def strongest_force(self) -> float:
+        """Largest force of a contact [N]; 0 without contacts."""
+        return max((region.force for region in self.regions), default=0.0)
+
+    @property
+    def highest_pressure(self) -> float:
+        """Largest pressure, at least 0; taxels without a value do not count."""
+        return float(np.nanmax(self.pressures, initial=0.0))
+
+    @property
     def events(self) -> tuple[ContactEvent, ...]:
         """Contact events of this tick, in the order in which they were detected."""
         return tuple(takewhile(lambda event: event.tick == self.tick, self.recent))[::-1]

@@ -30,7 +30,6 @@ from tactile_maps.skin.fitting.cover import cover_robot, with_covers
 from tactile_maps.skin.fitting.grid import add_grids
 from tactile_maps.skin.formats.import_skin import NO_ROBOT
 from tactile_maps.skin.formats.several_files import TaxelFiles
-from tactile_maps.skin.link_hulls import skinned_links
 from tactile_maps.skin.link_pieces import shape_finding
 from tactile_maps.skin.model.skin import Skin
 from tactile_maps.stimuli.stimulus_player import StimulusPlayer
@@ -144,7 +143,7 @@ def check_shapes(scene: Scene, robot: Robot, skin: Skin) -> tuple[Finding, ...]:
 
     if not collides_by_shapes(scene.objects, scene.effects):
         return ()
-    found = (shape_finding(robot, skin, link) for link in skinned_links(skin))
+    found = (shape_finding(robot, skin, link) for link in skin.links)
     return tuple(finding for finding in found if finding is not None)
 
 
@@ -203,14 +202,13 @@ def _skin_alone(scene: Scene) -> tuple[Robot, Skin]:
     """Return the skin of the scene's files, and a body of its shape that is fixed in the world."""
     _need_taxel_file(scene)
     skin = TaxelFiles(scene.taxel_files).skin(links=scene.cover.links)
-    links = tuple(dict.fromkeys(patch.link for patch in skin.patches))
-    if len(links) > 1:
+    if len(skin.links) > 1:
         remedy = "Open it with the robot that has these links, or choose one link"
         problem = "the taxels of several links need a robot"
-        raise SkinError(problem, file=scene.taxel_files[0], value=", ".join(links), remedy=remedy)
+        raise SkinError(problem, file=scene.taxel_files[0], value=", ".join(skin.links), remedy=remedy)
     mesh = join_meshes([patch.surface for patch in skin.patches])
     first = scene.taxel_files[0]
-    robot = robot_of_mesh(mesh, name=Path(first).stem, source=first, link=links[0])
+    robot = robot_of_mesh(mesh, name=Path(first).stem, source=first, link=skin.links[0])
     check_home(scene.home, robot.joints, source=scene.name)
     return robot, skin
 

@@ -25,7 +25,7 @@ from tactile_maps.simulation.model.contact_pairs import allows_self_contact
 from tactile_maps.simulation.model.model_names import body_name
 from tactile_maps.simulation.model.object_geoms import has_body
 from tactile_maps.skin.collision_shapes import excluded_pairs
-from tactile_maps.skin.link_hulls import hull_name, skinned_links
+from tactile_maps.skin.link_hulls import hull_name
 from tactile_maps.skin.link_pieces import PIECE_DEPTH, link_pieces
 from tactile_maps.skin.model.skin import Skin
 from tactile_maps.tactile.mechanics.loads import Box, Cylinder, LayerShape, MeshShape, Plane, Shape, Sphere
@@ -147,7 +147,7 @@ def contact_candidates(
         MeshError: A mesh object is not a solid.
     """
     solids = Solids(model, objects)
-    links = skinned_links(skin)
+    links = skin.links
     things = [solids[int(model.geom(body_name(scene_object.spec)).id)] for scene_object in objects]
     outside = [_candidate(link, scene_object) for link in links for scene_object in things]
     if not allows_self_contact(effects):

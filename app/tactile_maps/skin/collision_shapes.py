@@ -26,7 +26,6 @@ from tactile_maps.skin.link_hulls import (
     hull_points,
     hulls_spec,
     overlapping_hulls,
-    skinned_links,
 )
 from tactile_maps.skin.link_pieces import add_pieces, link_pieces
 from tactile_maps.skin.model.skin import Skin
@@ -75,7 +74,7 @@ def _overlapping(robot: Robot, skin: Skin, pairs: LinkPairs) -> LinkPairs:
 def _divided_surfaces(robot: Robot, skin: Skin, pairs: LinkPairs) -> dict[str, Mesh]:
     """Return the touchable surfaces of those links of the pairs that collide in pieces."""
     links = frozenset[str]().union(*pairs)
-    divided = {link: link_pieces(robot, skin, link) for link in skinned_links(skin) if link in links}
+    divided = {link: link_pieces(robot, skin, link) for link in skin.links if link in links}
     return {link: pieces.surface for link, pieces in divided.items() if pieces is not None}
 
 
@@ -124,7 +123,7 @@ def _holds(surface: Mesh, home: Configuration, link: str, other: str, points: Fl
 
 def _points(robot: Robot, skin: Skin, link: str) -> FloatArray:
     """Return (n, 3) points on a link and its skin [m], link frame."""
-    if link in skinned_links(skin):
+    if link in skin.links:
         return hull_points(robot, skin, link)
     mesh = robot.link(link).mesh
     return np.zeros((0, 3)) if mesh is None else mesh.vertices

@@ -32,11 +32,6 @@ def hull_name(link: str) -> str:
     return HULL + link
 
 
-def skinned_links(skin: Skin) -> tuple[str, ...]:
-    """Names of the links that have skin, each once."""
-    return tuple({patch.link: None for patch in skin.patches})
-
-
 def hull_points(robot: Robot, skin: Skin, link: str) -> FloatArray:
     """Return (n, 3) vertices of a link and its skin [m], link frame.
 
@@ -115,7 +110,7 @@ def hulls_spec(robot: Robot, skin: Skin) -> mujoco.MjSpec:
         RobotError: MuJoCo refuses the robot.
     """
     spec = robot_spec(robot)
-    for link in skinned_links(skin):
+    for link in skin.links:
         for geom in spec.body(link).geoms:
             geom.contype = geom.conaffinity = 0
         hull = add_hull(spec, robot, skin, link)
@@ -139,7 +134,7 @@ def overlapping_hulls(robot: Robot, skin: Skin) -> tuple[LinkPairs, LinkPairs]:
     Cost: a compilation and 31 collision passes, once for a robot and its skin.
     """
     spec = hulls_spec(robot, skin)
-    skinned = skinned_links(skin)
+    skinned = skin.links
     bare = {pair for pair in drop_found_exclusions(spec) if pair.isdisjoint(skinned)}
     stated = {frozenset((exclude.bodyname1, exclude.bodyname2)) for exclude in spec.excludes}
     model = compile_spec(spec, source=robot.source)

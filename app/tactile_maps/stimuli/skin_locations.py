@@ -11,6 +11,7 @@ from tactile_maps.core.errors import SceneError
 from tactile_maps.geometry.geodesics import edge_graph, path_in_tree, shortest_path_tree
 from tactile_maps.geometry.surface.closest_point import ClosestPoint, closest_point
 from tactile_maps.geometry.surface.mesh import SurfacePoint, edge_lengths
+from tactile_maps.geometry.surface.points import cumulative_lengths, points_along
 from tactile_maps.skin.model.skin import Patch, Skin
 
 SkinLocation: TypeAlias = tuple[float, ...]
@@ -133,9 +134,9 @@ def _taxels_between(patch: Patch, first: int, last: int) -> list[int]:
 
 def _resampled(line: FloatArray) -> FloatArray:
     """Return points ``STEP`` apart along a polyline, with corners rounded by a running mean."""
-    steps = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
+    steps = cumulative_lengths(line)
     places = np.arange(0.0, steps[-1] + STEP, STEP)
-    even = np.stack([np.interp(places, steps, line[:, k]) for k in range(3)], axis=1)
+    even = points_along(line, steps, places)
     width = min(_SMOOTHING, (len(even) - 1) // 2)
     for _ in range(3):
         total = np.cumsum(np.pad(even, ((width + 1, width), (0, 0)), mode="edge"), axis=0)

@@ -10,10 +10,11 @@ import numpy as np
 
 from tactile_maps.core.arrays import FloatArray
 from tactile_maps.geometry.surface.mesh import SurfacePoint
+from tactile_maps.geometry.surface.points import cumulative_lengths
 from tactile_maps.skin.model.skin import Skin
 from tactile_maps.stimuli.skin_locations import SkinLocator
 from tactile_maps.stimuli.stimulus import FingerTrack, Stimulus
-from tactile_maps.stimuli.stimulus_kinds import FingerPath, Poke, Stroke, cumulative_lengths
+from tactile_maps.stimuli.stimulus_kinds import FingerPath, Poke, Stroke
 from tactile_maps.stimuli.stimulus_player import FIRST_SCRIPTED_FINGER
 from tactile_maps.tactile.poke import Finger, PokeInput, PokeMoved, PokePressed, PokePulled, PokeReleased
 

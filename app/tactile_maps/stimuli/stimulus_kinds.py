@@ -20,6 +20,7 @@ import numpy as np
 
 from tactile_maps.core.arrays import FloatArray
 from tactile_maps.core.errors import SceneError
+from tactile_maps.geometry.surface.points import cumulative_lengths, points_along
 from tactile_maps.geometry.surface.raycast import RayCaster
 from tactile_maps.skin.model.skin import Skin
 from tactile_maps.stimuli.skin_locations import SkinLocation, SkinLocator, principal_axes
@@ -111,11 +112,6 @@ class Stroke(Stimulus):
         )
 
 
-def cumulative_lengths(line: FloatArray) -> FloatArray:
-    """Return the arc length (k,) of a polyline at each of its points (k, 3) [m]."""
-    return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
-
-
 _SAMPLES_PER_ROLL = 48
 
 
@@ -163,7 +159,7 @@ class Roll(Stimulus):
         # The middle is where the two sides meet; on a curved skin they are not quite as long as the tangent.
         place = cumulative_lengths(line) - cumulative_lengths(sides[0])[-1]
         sway = width * np.sin(2 * np.pi * turns)
-        points = np.stack([np.interp(sway, place, line[:, k]) for k in range(3)], axis=1)
+        points = points_along(line, place, sway)
         times = np.concatenate([[0.0], self.hold + self.seconds * turns])
         points = np.concatenate([points[:1], points])
         return (FingerTrack(0, self.tip, times, np.full(len(times), patch), points),)

@@ -357,7 +357,7 @@ class _ContenderRun:
         goal = task.force_goal if task else settings.force_goal if settings.controller == "hold_force" else None
         self._rows.add(
             time=frame.time,
-            force=max((region.force for region in frame.regions), default=0.0),
+            force=frame.strongest_force,
             force_goal=goal,
             map_error=task.error if task else None,
             body_error=self._bodies.nearest(frame, task.target) if task else None,

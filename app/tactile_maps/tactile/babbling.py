@@ -19,6 +19,7 @@ from tactile_maps.core.errors import SimulationError, check_range
 from tactile_maps.skin.model.skin import Skin
 from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 from tactile_maps.tactile.mechanics.loads import Load, sphere_load
+from tactile_maps.tactile.mechanics.receptive_field import quadrature_points
 from tactile_maps.tactile.models.water_fill import WaterFillModel
 
 Kind = Literal["unbiased", "self-touch", "multi-touch", "biased"]
@@ -159,18 +160,17 @@ class _TouchableSites:
     """Places of a skin that can be touched: its quadrature points, numbered through the patches."""
 
     def __init__(self, skin: Skin) -> None:
-        points = [patch.taxels.quadrature for patch in skin.patches]
         self._skin = skin
-        starts = skin.first[:-1]
-        self.positions = np.concatenate([q.positions for q in points])
-        self.normals = np.concatenate([q.normals for q in points])
-        areas = np.concatenate([q.areas for q in points])
-        self._shares = areas / areas.sum()
-        self.patch = np.repeat(np.arange(len(points)), [len(q.areas) for q in points])
-        self._taxel = np.concatenate([q.taxel + start for q, start in zip(points, starts, strict=True)])
+        points = quadrature_points(skin)
+        self.positions = points.positions
+        self.normals = points.normals
+        self._shares = points.areas / points.areas.sum()
+        self._taxel = points.taxel
+        self.patch = skin.patch_of[points.taxel]
         self.pitch = taxel_pitch(skin)
-        self._trees = [cKDTree(q.positions) for q in points]
-        self._first = np.cumsum([0, *(len(q.areas) for q in points)])
+        parts = [patch.taxels.quadrature.positions for patch in skin.patches]
+        self._trees = [cKDTree(part) for part in parts]
+        self._first = np.cumsum([0, *map(len, parts)])
 
     def load(self, place: int, force: float, radius: float) -> Load:
         link = self._skin.patches[self.patch[place]].link

@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tactile_maps.contacts.detection.centre_of_pressure import taxel_positions
 from tactile_maps.contacts.detection.detection import ContactDetector
 from tactile_maps.contacts.force_estimation.estimate import Wrench
 from tactile_maps.contacts.force_estimation.wrench_consistency import wrench_mismatch
@@ -18,7 +17,7 @@ from tests.support.touch import bar_skin
 
 SKIN = bar_skin(400)
 MAP = build_map(SKIN)
-POSITIONS = taxel_positions(SKIN)
+POSITIONS = SKIN.positions
 UP = np.array([0.0, 0.0, 1.0])
 
 

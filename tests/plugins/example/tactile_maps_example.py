@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 
-from tactile_maps.contacts.detection.centre_of_pressure import taxel_positions
 from tactile_maps.contacts.force_estimation.estimate import AreaSum, ContactReading, ForceEstimate
 from tactile_maps.contacts.force_estimation.estimation import EstimatorEntry
 from tactile_maps.control.controller_registry import ControllerEntry, build_by_scheme
@@ -44,7 +43,7 @@ class TwoTaxels:
 
     def __init__(self, skin: Skin) -> None:
         self._skin = skin
-        self._positions = taxel_positions(skin)
+        self._positions = skin.positions
 
     def pressures(self, loads: Sequence[Load]) -> np.ndarray:
         """(taxels,) [Pa]."""

@@ -10,7 +10,6 @@ import pytest
 
 from tactile_maps.scene.effects import Effects
 from tactile_maps.simulation.model.model_assembly import assemble
-from tactile_maps.skin.link_hulls import skinned_links
 from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 from tests.support.scene_objects import every_kind, thing
 from tests.support.touch import arm, bar, bar_skin, pair
@@ -58,7 +57,7 @@ def test_environment_contact_uses_pairs_for_skin_and_collision_bits_otherwise():
     robot = arm().robot
     skin = arm().skin
     model = assemble(robot, skin, Effects(contact="environment"), objects=every_kind())
-    links = skinned_links(skin)
+    links = skin.links
     things = [t.spec.name for t in every_kind()]
     partners = {f"tactile-maps/object {name}" for name in things}
     assert pairs(model) == {frozenset((f"tactile-maps/skin {link}", other)) for link in links for other in partners}

@@ -206,7 +206,7 @@ def test_several_files_are_merged_in_library_scene_and_command(halves, files, ro
 def test_missing_and_unneeded_links_of_several_files_are_reported(halves, robot):
     with pytest.raises(SkinError, match=r"second\.csv.*does not name its link"):
         TaxelFiles(halves).skin(robot)
-    with pytest.raises(SkinError, match="2 links for 1 files without one"):
+    with pytest.raises(SkinError, match="2 links for 1 file without one"):
         TaxelFiles(halves).check_links(robot, (LINK, "base"))
 
 

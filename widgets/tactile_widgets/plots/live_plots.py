@@ -425,7 +425,7 @@ class LivePlots(QWidget):
         """All plots that can be added now except those of taxels; of the taxel groups, those that are shown."""
         prepared = self._prepared
         frame = self._latest
-        links = [] if prepared is None else list(dict.fromkeys(patch.link for patch in prepared.skin.patches))
+        links = () if prepared is None else prepared.skin.links
         joints = [] if prepared is None else [joint.name for joint in prepared.robot.joints]
         contacts = () if frame is None else frame.regions
         subjects: dict[str, tuple[PlotKind, Sequence[str]]] = {

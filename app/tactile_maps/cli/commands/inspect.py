@@ -33,7 +33,6 @@ from tactile_maps.skin.formats.icub.layout import read_icub_layout
 from tactile_maps.skin.formats.identify import identify, is_robot_with_taxels, kind_of
 from tactile_maps.skin.formats.import_skin import TaxelFile
 from tactile_maps.skin.formats.vendors.mapping_file import mapping_template
-from tactile_maps.skin.link_hulls import skinned_links
 from tactile_maps.skin.link_pieces import collision_finding, hull_fit, link_pieces, pieces_fit
 from tactile_maps.skin.mesh_skin import findings_of_mesh
 from tactile_maps.skin.model.skin import Skin, identity_summary, identity_text, join_identities
@@ -309,7 +308,7 @@ def _collision(prepared: PreparedScene) -> tuple[list[dict[str, Any]], list[Find
     rows: list[dict[str, Any]] = []
     findings: list[Finding] = []
     touched = collides_by_shapes(prepared.scene.objects, prepared.scene.effects)
-    for link in skinned_links(skin):
+    for link in skin.links:
         pieces = link_pieces(robot, skin, link) if touched else None
         fit = hull_fit(robot, skin, link) if pieces is None else pieces_fit(pieces, robot, skin, link)
         if (finding := collision_finding(robot, link, fit, pieces)) is not None:

@@ -223,7 +223,7 @@ class ContactSummary:
         """Add the contacts of a frame."""
         self.contacts.update(region.id for region in frame.regions)
         self._counts[len(frame.regions)] += 1
-        self.strongest = max([self.strongest, *(region.force for region in frame.regions)])
+        self.strongest = max(self.strongest, frame.strongest_force)
 
     @property
     def at_once(self) -> int:

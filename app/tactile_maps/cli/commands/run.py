@@ -132,7 +132,7 @@ def _simulate(
         for note in frame.notes:
             key = note.kind, note.bodies
             notes[key] = max(notes.get(key, note), note, key=_deviation)
-        strongest = max([strongest, *(region.force for region in frame.regions)])
+        strongest = max(strongest, frame.strongest_force)
         if number % 100 == 0:
             report("Simulating", number / count)
     wall = time.perf_counter() - start

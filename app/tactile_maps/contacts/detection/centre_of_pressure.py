@@ -21,7 +21,6 @@ from tactile_maps.geometry.surface.closest_point import closest_point
 from tactile_maps.geometry.surface.mesh import SurfacePoint
 from tactile_maps.geometry.surface.triangle_walk import TriangleWalk
 from tactile_maps.maps.model.tactile_map import TactileMap
-from tactile_maps.skin.model.skin import Skin
 from tactile_maps.tactile.sensors.sensor_chain import plugin_noise
 from tactile_maps.tactile.sensors.sensor_effects import SensorEffects
 
@@ -245,12 +244,6 @@ class BackProjector:
         found = _Triangle(body, surface.vertex_normals[own], body[1:] - body[0], plane[1:] - plane[0])
         self._triangles[patch, face] = found
         return found
-
-
-def taxel_positions(skin: Skin) -> FloatArray:
-    """Return the positions of all taxels (taxels, 3) [m], each in its link's frame."""
-    parts = [patch.taxels.positions for patch in skin.patches]
-    return np.concatenate(parts) if parts else np.zeros((0, 3))
 
 
 _Vector = tuple[float, float, float]

@@ -14,7 +14,6 @@ from tactile_maps.contacts.detection.centre_of_pressure import (
     ContactLocation,
     SensorUncertainty,
     principal_axes,
-    taxel_positions,
 )
 from tactile_maps.contacts.detection.close_contacts import CloseContactSeparator
 from tactile_maps.contacts.detection.error_budget import LeftOut, Motion, Readings, propagate_uncertainty
@@ -130,7 +129,7 @@ class ContactDetector:
         self._skin = map_.skin
         self._set_crosstalk(errors.effects.crosstalk)
         self._areas = map_.skin.areas
-        self._body = taxel_positions(map_.skin)
+        self._body = map_.skin.positions
         self._memory = TrackMemory(map_.skin, self._body)
         self._graph = TaxelGraph(map_.skin)
         self._unpressed = UnpressedTaxels(map_.skin)

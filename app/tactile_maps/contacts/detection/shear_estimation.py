@@ -95,8 +95,7 @@ class ShearEstimator:
         self.axis_errors: Mapping[str, float] = {}
         self._friction = friction
         self._areas = map_.skin.areas
-        patches = [patch.taxels.positions for patch in map_.skin.patches]
-        self._positions = np.concatenate(patches) if patches else np.zeros((0, 3))
+        self._positions = map_.skin.positions
         self.use(map_)
         self.reset()
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tactile_maps.contacts.detection.centre_of_pressure import SensorUncertainty, taxel_positions
+from tactile_maps.contacts.detection.centre_of_pressure import SensorUncertainty
 from tactile_maps.contacts.detection.error_budget import INDEPENDENT, Widths, combine_parts, reading_variances
 from tactile_maps.contacts.detection.regions import ContactRegion, ring_shares, shared_readings
 from tactile_maps.contacts.force_estimation.deconvolution import Deconvolution, nonnegative_least_squares, tikhonov
@@ -202,7 +202,7 @@ class RegionForceEstimator:
         self._seed = seed
         self._built: dict[EstimatorName, ForceEstimator] = {}
         self._lumped: dict[str, int] = {}
-        self._positions = taxel_positions(map_.skin)
+        self._positions = map_.skin.positions
         self.awaited: Collection[int] = ()
         self.estimator = estimator
         self.reset()
@@ -226,7 +226,7 @@ class RegionForceEstimator:
         self._known = None
         if map_.skin is not skin:
             self._built = {}
-            self._positions = taxel_positions(map_.skin)
+            self._positions = map_.skin.positions
             self.estimator = self._name
 
     def reset(self) -> None:

@@ -191,14 +191,12 @@ def nearest_taxel(skin: Skin, point: FloatArray, link: str | None = None) -> int
     Raises:
         LiveError: The link is unknown or missing, or no taxel is within two of its own widths.
     """
-    links = list(dict.fromkeys(patch.link for patch in skin.patches))
-    if link is None and len(links) > 1:
-        raise LiveError("the place names no link", remedy=f"Add a column link: {', '.join(links)}")
-    if link is not None and link not in links:
-        raise LiveError("a link has no skin", value=link, remedy=f"Links with skin: {', '.join(links)}")
+    if link is None and len(skin.links) > 1:
+        raise LiveError("the place names no link", remedy=f"Add a column link: {', '.join(skin.links)}")
+    if link is not None and link not in skin.links:
+        raise LiveError("a link has no skin", value=link, remedy=f"Links with skin: {', '.join(skin.links)}")
     on_link = np.array([link in (None, patch.link) for patch in skin.patches])[skin.patch_of]
-    positions = np.concatenate([patch.taxels.positions for patch in skin.patches])
-    away = np.where(on_link, np.linalg.norm(positions - point, axis=1), np.inf)
+    away = np.where(on_link, np.linalg.norm(skin.positions - point, axis=1), np.inf)
     taxel = int(away.argmin())
     if away[taxel] > 2 * np.sqrt(skin.areas[taxel]):
         found = f"the nearest is {1e3 * away[taxel]:.1f} mm away"

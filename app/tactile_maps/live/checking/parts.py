@@ -48,11 +48,10 @@ def parts_of(skin: Skin) -> tuple[SkinPart, ...]:
     A skin without modules and with at most 24 taxels has one part for each taxel; the patches of larger ones are halved
     along their longest side until a group has at most 32 taxels.
     """
-    links = dict[str, None].fromkeys(patch.link for patch in skin.patches)
     parts = list[SkinPart]()
-    for link in links:
+    for link in skin.links:
         patches = [number for number, patch in enumerate(skin.patches) if patch.link == link]
-        where = f" ({link})" if len(links) > 1 else ""
+        where = f" ({link})" if len(skin.links) > 1 else ""
         with_modules = [k for k in patches if skin.patches[k].taxels.identity.modules is not None]
         parts += _modules(skin, link, with_modules, where)
         for number in (k for k in patches if k not in with_modules):

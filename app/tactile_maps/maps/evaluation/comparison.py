@@ -217,8 +217,7 @@ def drawn_layout(taxels: TaxelSet, skin: Skin) -> TaxelLayout:
             "the file has no map points to compare with", file=taxels.name, remedy="Give columns u and v, or a layout"
         )
     shown = taxels.select(taxels.mapped)
-    own = np.concatenate([patch.taxels.positions for patch in skin.patches])
-    away, nearest = cKDTree(own).query(shown.positions)
+    away, nearest = cKDTree(skin.positions).query(shown.positions)
     if np.median(away) > FARTHEST_TAXEL:
         raise MapError(
             "the drawing is not of this skin",

@@ -59,8 +59,8 @@ class MapJacobian:
     def __init__(self, map_: TactileMap) -> None:
         self._map = map_
         skin = map_.skin
-        self._body = np.concatenate([patch.taxels.positions for patch in skin.patches])
-        self._normals = np.concatenate([patch.taxels.normals for patch in skin.patches])
+        self._body = skin.positions
+        self._normals = skin.normals
         self._trees = [cKDTree(map_.taxel_points[a:b]) for a, b in zip(skin.first[:-1], skin.first[1:], strict=True)]
         self._near: dict[tuple[int, int], _Near] = {}
         self._fits: dict[int, FloatArray | None] = {}

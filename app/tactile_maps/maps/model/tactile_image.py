@@ -238,8 +238,7 @@ def round_trip_mm(map_: TactileMap, image: TactileImage) -> FloatArray:
     patch, face, weights = map_.to_body_many(centres)
     back = surface_positions(map_.skin, patch, face, weights)
     back[patch != map_.skin.patch_of] = np.inf
-    taxels = [patch.taxels.positions for patch in map_.skin.patches]
-    return 1e3 * np.linalg.norm(back - np.concatenate(taxels), axis=1)
+    return 1e3 * np.linalg.norm(back - map_.skin.positions, axis=1)
 
 
 def force_error(image: TactileImage) -> FloatArray:

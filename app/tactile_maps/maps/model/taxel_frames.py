@@ -28,7 +28,7 @@ def taxel_frames(map_: TactileMap) -> FloatArray:
     Where a triangle is degenerate and no tangent is stated, t1 is the axis of the link that is farthest from the
     normal, projected into the tangent plane.
     """
-    normals = _normals(map_)
+    normals = unit_rows(map_.skin.normals)
     farthest = np.eye(3)[np.abs(normals).argmin(axis=1)]
     tangents = map_.skin.tangents
     for direction in (_velocities(map_)[:, :, 0], farthest):
@@ -50,12 +50,6 @@ def map_directions(map_: TactileMap) -> FloatArray:
     along[~regular] = np.eye(2)
     size = np.sqrt(np.abs(np.where(regular, determinant, 1.0)))
     return readonly(size[:, None, None] * np.linalg.inv(along))
-
-
-def _normals(map_: TactileMap) -> FloatArray:
-    """Return the unit normals (n, 3) of all taxels."""
-    normals = [patch.taxels.normals for patch in map_.skin.patches]
-    return unit_rows(np.concatenate(normals) if normals else np.zeros((0, 3)))
 
 
 def _velocities(map_: TactileMap) -> FloatArray:

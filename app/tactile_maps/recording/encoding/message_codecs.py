@@ -108,15 +108,10 @@ def encode_input(tick: int, session_input: SessionInput, base: TactileMap) -> by
 
 
 def _check_calibration(found: CalibrationUsed, taxels: int, file: str | None) -> None:
-    for name in ("gain", "offset", "baseline", "spread"):
-        values = getattr(found, name)
-        if values is not None and values.shape != (taxels,):
-            problem = "the calibration is of another skin"
-            raise RecordingError(problem, file=file, place=f"/input: input.{name}", value=values.shape, remedy=DAMAGED)
-    if found.curve is not None and found.curve.shape[:-1] != (taxels, 2):
-        problem = "the calibration is of another skin"
-        raise RecordingError(problem, file=file, place="/input: input.curve", value=found.curve.shape, remedy=DAMAGED)
-    for name, shape in (("shear_baseline", (taxels, 2)), ("matrix", (taxels, 3, 3))):
+    points = () if found.curve is None else found.curve.shape[-1:]
+    shapes = {"curve": (taxels, 2, *points), "shear_baseline": (taxels, 2), "matrix": (taxels, 3, 3)}
+    shapes |= dict.fromkeys(("gain", "offset", "baseline", "spread"), (taxels,))
+    for name, shape in shapes.items():
         values = getattr(found, name)
         if values is not None and values.shape != shape:
             problem = "the calibration is of another skin"

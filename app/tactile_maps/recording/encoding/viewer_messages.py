@@ -96,8 +96,7 @@ class ViewerMessages:
         self._scale = 0.0
         self._units = ReadingUnits.CALIBRATED
         self._configuration = Configuration(prepared.robot)
-        links = dict.fromkeys(patch.link for patch in prepared.skin.patches)
-        self._clouds = [_Cloud(prepared.skin, link) for link in links]
+        self._clouds = [_Cloud(prepared.skin, link) for link in prepared.skin.links]
         self.use_map(prepared.map)
         self.schemas: Mapping[str, Schema] = viewer_schemas(prepared)
 
@@ -158,7 +157,7 @@ class ViewerMessages:
     def _pictures(self, frame: Frame, time: fox.Timestamp) -> list[Message]:
         """Return the image and the taxel clouds, after a message on the colour scale if it changes."""
         messages = []
-        scale = rounded_scale(1e-3 * float(np.nanmax(frame.pressures, initial=0.0)))
+        scale = rounded_scale(1e-3 * frame.highest_pressure)
         if scale > self._scale or frame.units is not self._units:
             self._scale = scale
             self._units = frame.units
@@ -179,8 +178,7 @@ class ViewerMessages:
         return messages + [(cloud.topic, cloud.message(frame.pressures, frame.shear, time)) for cloud in self._clouds]
 
     def _transforms(self, frame: Frame, time: fox.Timestamp) -> bytes:
-        names = [link.name for link in self._prepared.robot.links]
-        names += [object_frame(body.spec.name) for body in self._prepared.objects]
+        names = frame_names(self._prepared)
         poses = np.concatenate([self._configuration.poses(), frame.objects])
         turns = Rotation.from_matrix(poses[:, :3, :3]).as_quat().tolist()
         transforms = [
@@ -209,6 +207,12 @@ def viewer_schemas(prepared: PreparedScene) -> dict[str, Schema]:
     kinds |= {_cloud_topic(patch.link): fox.PointCloud for patch in prepared.skin.patches}
     found = {topic: kind.get_schema() for topic, kind in kinds.items()}
     return {topic: Schema(schema.name, schema.encoding, schema.data) for topic, schema in found.items()}
+
+
+def frame_names(prepared: PreparedScene) -> list[str]:
+    """Return the frame names of all links and then all objects of a scene."""
+    links = [link.name for link in prepared.robot.links]
+    return links + [object_frame(body.spec.name) for body in prepared.objects]
 
 
 def object_frame(name: str) -> str:

@@ -106,19 +106,32 @@ def read_curves(path: str | Path, chosen: Sequence[FrameQuantity] = ()) -> Itera
     Raises:
         RecordingError: The file cannot be read or is not a recording; damaged frames are skipped.
     """
+    for share, frames in frame_pieces(path):
+        rows = {
+            frame.tick: (*frame_numbers(frame)[1:], *(quantity.of(frame) for quantity in chosen)) for frame in frames
+        }
+        ticks = sorted(rows)
+        values = np.array([rows[tick] for tick in ticks]).reshape(-1, len(CURVES) + len(chosen))
+        yield share, Curves(np.array(ticks, dtype=np.int64), values)
+
+
+def frame_pieces(path: str | Path) -> Iterator[tuple[float, Iterator[FrameArrays]]]:
+    """Yield the frames of a recording in pieces, each with the share that has been read after it.
+
+    Raises:
+        RecordingError: The file cannot be read or is not a recording; damaged frames are skipped.
+    """
     contents = mcap_file.read_recording(path)
     count = len(contents.chunks)
     every = contents.all_messages()
     for start in range(0, count, _CHUNKS_A_PIECE):
-        rows: dict[int, tuple[float, ...]] = {}
-        for messages in islice(every, _CHUNKS_A_PIECE):
-            for topic, message in messages or ():
-                if topic == "/frame" and (frame := frame_arrays(message.data)) is not None:
-                    own = tuple(quantity.of(frame) for quantity in chosen)
-                    rows[frame.tick] = (*frame_numbers(frame)[1:], *own)
-        ticks = sorted(rows)
-        values = np.array([rows[tick] for tick in ticks]).reshape(-1, len(CURVES) + len(chosen))
-        yield min((start + _CHUNKS_A_PIECE) / count, 1.0), Curves(np.array(ticks, dtype=np.int64), values)
+        found = (
+            frame_arrays(message.data)
+            for messages in islice(every, _CHUNKS_A_PIECE)
+            for topic, message in messages or ()
+            if topic == "/frame"
+        )
+        yield min((start + _CHUNKS_A_PIECE) / count, 1.0), (frame for frame in found if frame is not None)
 
 
 def joined(pieces: list[Curves]) -> Curves:

@@ -4,19 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import islice
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tactile_maps.core.arrays import ArrayFields, IntArray
-from tactile_maps.recording.encoding.frame_codec import frame_arrays
-from tactile_maps.recording.file import mcap_file
+from tactile_maps.recording.overview.curves import frame_pieces
 
 MOST_SPANS = 2000
 """Number of spans of a long recording: as many as a window has pixels."""
-_CHUNKS_A_PIECE = 40
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,23 +42,16 @@ def read_raster(path: str | Path, ticks: tuple[int, int], spans: int) -> Iterato
     Raises:
         RecordingError: The file cannot be read or is not a recording; damaged frames are skipped.
     """
-    contents = mcap_file.read_recording(path)
-    count = len(contents.chunks)
     first, last = ticks
-    every = contents.all_messages()
-    for start in range(0, count, _CHUNKS_A_PIECE):
+    for share, frames in frame_pieces(path):
         highest: dict[int, NDArray[np.float32]] = {}
-        for messages in islice(every, _CHUNKS_A_PIECE):
-            for topic, message in messages or ():
-                if topic != "/frame" or (frame := frame_arrays(message.data)) is None:
-                    continue
-                span = (frame.tick - first) * spans // (last - first + 1)
-                if not 0 <= span < spans:
-                    continue
-                pressures = frame.pressures.astype(np.float32)
-                before = highest.get(span)
-                highest[span] = pressures if before is None else np.fmax(before, pressures)
+        for frame in frames:
+            span = (frame.tick - first) * spans // (last - first + 1)
+            if not 0 <= span < spans:
+                continue
+            pressures = frame.pressures.astype(np.float32)
+            before = highest.get(span)
+            highest[span] = pressures if before is None else np.fmax(before, pressures)
         if highest:
             numbers = sorted(highest)
-            piece = RasterPiece(np.array(numbers), np.stack([highest[number] for number in numbers]))
-            yield min((start + _CHUNKS_A_PIECE) / count, 1.0), piece
+            yield share, RasterPiece(np.array(numbers), np.stack([highest[number] for number in numbers]))

@@ -120,6 +120,6 @@ def _frame_data(contents: mcap_file.RecordingContents, chunk: int) -> list[bytes
 
 
 def _picture(frames: list[Frame], prepared: PreparedScene) -> NDArray[np.float32]:
-    strongest = max(frames, key=lambda frame: float(np.nanmax(frame.pressures, initial=0.0)))
+    strongest = max(frames, key=lambda frame: frame.highest_pressure)
     image = TactileImage(prepared.map, width=THUMBNAIL_WIDTH)
     return np.where(image.shown, image.render(strongest.pressures), np.nan).astype(np.float32)

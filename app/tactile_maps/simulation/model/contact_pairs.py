@@ -23,7 +23,7 @@ from tactile_maps.simulation.model.contact_stiffness import SOLVER_IMPEDANCE
 from tactile_maps.simulation.model.model_names import body_name, is_hull, is_object, shape_name
 from tactile_maps.simulation.model.object_geoms import is_simulated
 from tactile_maps.skin.collision_shapes import add_collision_shapes, excluded_pairs
-from tactile_maps.skin.link_hulls import add_hull, skinned_links
+from tactile_maps.skin.link_hulls import add_hull
 from tactile_maps.skin.link_pieces import piece_number
 from tactile_maps.skin.model.skin import Skin
 from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
@@ -62,7 +62,7 @@ def add_contact_pairs(
     """
     outside = [scene_object for scene_object in objects if is_simulated(scene_object.spec.kind, effects)]
     itself = allows_self_contact(effects)
-    links = skinned_links(skin)
+    links = skin.links
     _drop_own_pairs(spec)
     bare = _bare_shapes(spec, links, keep=itself or (bool(outside) and effects.contact != "probe"))
     _set_bits(spec, bare, outside, effects)

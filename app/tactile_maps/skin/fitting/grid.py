@@ -244,8 +244,7 @@ def _slopes(surface: Mesh, grid: SurfaceGrid) -> FloatArray:
 
 def _overlaps(patch: Patch, made: Skin, within: float) -> bool:
     """Return whether taxels of the skin are above or below the patch."""
-    positions = np.concatenate([own.taxels.positions for own in made.patches])
-    _, weights, away = ClosestPoint(patch.surface).query(positions)
+    _, weights, away = ClosestPoint(patch.surface).query(made.positions)
     inside = (weights > 1e-6).all(axis=1)  # next to the patch, the closest point is on its border
     return bool(((away < within) & inside).any())
 

@@ -66,7 +66,7 @@ class TaxelFile:
             SkinError: The file cannot be read.
         """
         if self._own:
-            return tuple(dict.fromkeys(patch.link for patch in self._own_skin.patches))
+            return self._own_skin.links
         if self._touched:
             return tuple(dict.fromkeys(sensor.link for sensor in read_touch_sensors(self.path)[0]))
         return tuple(taxels.link for taxels in self.sets.values())

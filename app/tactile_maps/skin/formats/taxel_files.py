@@ -258,7 +258,7 @@ def _with_faces(taxels: TaxelSet) -> TaxelSet:
 
 def _of_skin(skin: Skin) -> tuple[TaxelSet, ...]:
     sets = []
-    for link in dict.fromkeys(patch.link for patch in skin.patches):
+    for link in skin.links:
         own = [k for k, patch in enumerate(skin.patches) if patch.link == link and len(patch.taxels)]
         if own:
             parts = [skin.patches[k].taxels for k in own]

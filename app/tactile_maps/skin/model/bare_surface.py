@@ -64,9 +64,8 @@ def with_bare_points(robot: Robot, skin: Skin) -> Skin:
 
 @weak_cache
 def _loaded(robot: Robot, skin: Skin) -> Skin | None:
-    links = dict.fromkeys(patch.link for patch in skin.patches)
     parts = list(map(_unread_faces, skin.patches))
-    for name in links:
+    for name in skin.links:
         link = robot.link(name)
         patches = [patch for patch in skin.patches if patch.link == name]
         if link.mesh is not None and not link.missing and link.mesh.area > 0:

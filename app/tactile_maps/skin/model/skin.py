@@ -372,6 +372,21 @@ class Skin:
         return readonly(np.concatenate([p.taxels.areas for p in self.patches]) if self.patches else np.zeros(0))
 
     @cached_property
+    def links(self) -> tuple[str, ...]:
+        """Names of the links with skin, in the order of their first patches."""
+        return tuple(dict.fromkeys(patch.link for patch in self.patches))
+
+    @cached_property
+    def positions(self) -> FloatArray:
+        """(n, 3) positions of the taxels [m], link frames."""
+        return readonly(np.concatenate([np.zeros((0, 3)), *(taxels.positions for taxels in self._taxels)]))
+
+    @cached_property
+    def normals(self) -> FloatArray:
+        """(n, 3) outward unit normals of the taxels, link frames."""
+        return readonly(np.concatenate([np.zeros((0, 3)), *(taxels.normals for taxels in self._taxels)]))
+
+    @cached_property
     def patch_of(self) -> IntArray:
         """(n,) patch index of each taxel."""
         return readonly(np.repeat(np.arange(len(self.patches)), np.diff(self.first)), np.int64)

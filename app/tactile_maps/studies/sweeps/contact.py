@@ -343,8 +343,7 @@ class _Reading:
     def centre(self, skin: Skin) -> FloatArray:
         """(3,) centre of the mean reading [m], block frame; NaN without one."""
         mean = self.forces.mean(axis=0)
-        positions = np.concatenate([patch.taxels.positions for patch in skin.patches])
-        return mean @ positions / mean.sum() if mean.sum() > 0 else np.full(3, np.nan)
+        return mean @ skin.positions / mean.sum() if mean.sum() > 0 else np.full(3, np.nan)
 
 
 @dataclass(frozen=True, eq=False)

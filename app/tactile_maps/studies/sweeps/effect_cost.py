@@ -144,8 +144,7 @@ def _bare_stepper(arm: PressedRobot) -> Callable[[int], None]:
 
 def _frames(skin: Skin) -> FloatArray:
     """Return axes t1, t2 and n of each taxel (taxels, 3, 3), of which t1 and t2 have no meaning."""
-    normals = np.concatenate([patch.taxels.normals for patch in skin.patches])
-    return np.stack([np.vstack([plane_of(normal).T, normal]) for normal in normals])
+    return np.stack([np.vstack([plane_of(normal).T, normal]) for normal in skin.normals])
 
 
 def _session_stepper(arm: PressedRobot, effects: Effects) -> Callable[[int], None]:

@@ -77,7 +77,7 @@ def _carry(session: Session) -> dict[str, Cell]:
     forces = []
     for frame in _frames(session, _LIFTED):
         slips.append((float(frame.posture[0]) - lift) - (float(frame.objects[block, 2, 3]) - height))
-        forces.append(max((region.force for region in frame.regions), default=0.0))
+        forces.append(frame.strongest_force)
     return {"slip_mm": 1e3 * max(slips), "way_mm": 1e3 * (float(frame.posture[0]) - lift), "force_n": fmean(forces)}
 
 

@@ -23,9 +23,8 @@ def isomap(map_: TactileMap) -> LearnedMap:
     """
     began = time.perf_counter()
     skin = map_.skin
-    body = np.concatenate([patch.taxels.positions for patch in skin.patches])
     first, second = skin.neighbours.T
-    away = np.linalg.norm(body[first] - body[second], axis=1)
+    away = np.linalg.norm(skin.positions[first] - skin.positions[second], axis=1)
     on_map = np.linalg.norm(map_.taxel_points[first] - map_.taxel_points[second], axis=1)
     near = on_map <= SEAM_RATIO * away
     distances = np.full((len(skin), len(skin)), np.inf)

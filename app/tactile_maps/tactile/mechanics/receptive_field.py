@@ -142,8 +142,7 @@ def pad_displacements(skin: Skin, radius: float) -> FloatArray:
     shares = field.weights * points.areas[:, None]
     middles = np.zeros((len(skin), 3))
     np.add.at(middles, field.taxels, shares[:, :, None] * points.positions[:, None])
-    places = [patch.taxels.positions for patch in skin.patches]
-    offsets = middles - np.concatenate(places) if places else middles
+    offsets = middles - skin.positions
     return np.asarray(np.einsum("ij,ij->i", offsets, offsets))
 
 

@@ -152,7 +152,7 @@ def _sensor_name(link: str) -> str:
 
 def _positions(skin: Skin) -> dict[str, FloatArray]:
     """Return the positions (k, 3) of each link's taxels [m], link frame."""
-    links = {patch.link: None for patch in skin.patches}
     return {
-        link: np.concatenate([patch.taxels.positions for patch in skin.patches if patch.link == link]) for link in links
+        link: np.concatenate([patch.taxels.positions for patch in skin.patches if patch.link == link])
+        for link in skin.links
     }

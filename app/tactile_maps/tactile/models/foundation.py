@@ -144,7 +144,7 @@ class FoundationModel:
         self._field = field
         self._thickness = layer.thickness
         self._fill = WaterFillModel(skin, layer=layer, field=field)
-        beds = {link: _LinkPoints(model, skin, link) for link in {patch.link for patch in skin.patches}}
+        beds = {link: _LinkPoints(model, skin, link) for link in skin.links}
         self._pairs = [_ContactPair(beds[candidate.link], candidate) for candidate in candidates]
         self._felt: list[tuple[IntArray, FloatArray]] = []
         self._shares: dict[tuple[str, str], FloatArray] = {}

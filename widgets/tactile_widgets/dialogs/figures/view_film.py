@@ -98,7 +98,7 @@ def _full_scale(player: RecordingPlayer, progress: Progress) -> float:
     """Return the next round number above the highest pressure [kPa]."""
     highest = 0.0
     for number, frame in enumerate(player):
-        highest = max(highest, float(np.nanmax(frame.pressures, initial=0.0)))
+        highest = max(highest, frame.highest_pressure)
         if number % 200 == 0:
             progress("Looking for the highest pressure", 0.1 * number / len(player))
     return rounded_scale(1e-3 * highest)

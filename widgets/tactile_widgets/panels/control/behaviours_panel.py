@@ -195,9 +195,8 @@ class BehavioursPanel(Panel):
 
     def show_prepared(self, prepared: PreparedScene) -> None:
         """Offer the places of another skin."""
-        links = dict.fromkeys(patch.link for patch in prepared.skin.patches)
-        names = dict.fromkeys(patch.name for patch in prepared.skin.patches)
-        self._places = tuple(links | names)
+        names = (patch.name for patch in prepared.skin.patches)
+        self._places = tuple(dict.fromkeys((*prepared.skin.links, *names)))
         self._build()
 
     def show_behaviours(self, behaviours: tuple[Behaviour, ...]) -> None:

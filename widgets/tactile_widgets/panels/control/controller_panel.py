@@ -176,7 +176,7 @@ def _status_without_task(settings: ControlSettings, frame: Frame) -> str:
 def _force_text(settings: ControlSettings, frame: Frame) -> str:
     """Return "Keeping" if the strongest contact has the goal, or the goal and the measured force."""
     goal = settings.force_goal
-    read = max((region.force for region in frame.regions), default=0.0)
+    read = frame.strongest_force
     if abs(read - goal) <= max(_KEPT_N, _KEPT * goal):
         count = 1 if frame.task is None else len(frame.task.controlled)
         return f"Keeping {goal:.1f}\u202fN" + (f" at {count} contacts" if count > 1 else "")
@@ -426,7 +426,7 @@ class ControllerPanel(Panel):
             output = f"{round(frame.task.energy, 2) + 0.0:.2f}\u202fJ".replace("-", "−")  # + 0.0: no negative zero
             _set_text(self._energy, f"{output}, {frame.task.tank:.2f}\u202fJ left")
         goal = frame.task.force_goal if frame.task else None
-        force = max((region.force for region in frame.regions), default=0.0)
+        force = frame.strongest_force
         self._step.take(frame.time, force, goal)
         response = self._step.response
         _set_text(self._response, _NO_STEP if response is None else step_response_text(response))

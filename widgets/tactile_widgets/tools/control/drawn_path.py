@@ -8,6 +8,7 @@ from enum import Enum
 import numpy as np
 
 from tactile_maps.core.arrays import FloatArray
+from tactile_maps.geometry.surface.points import cumulative_lengths
 from tactile_maps.maps.paths import PathKind, draw_path
 from tactile_widgets.views.interaction.polyline import simplify_polyline
 
@@ -84,7 +85,7 @@ class DrawnPath:
             return np.zeros((0, 2))
         if self.kind == "polyline" or len(points) < 3:
             return (points[1:] + points[:-1]) / 2
-        way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+        way = cumulative_lengths(points)
         line = self.line
         share = (way[1:] + way[:-1]) / 2 / max(way[-1], 1e-12)
         return line[np.rint(share * (len(line) - 1)).astype(int)]

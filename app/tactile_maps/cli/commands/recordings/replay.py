@@ -102,7 +102,7 @@ def _read(player: RecordingPlayer, result: dict[str, object], rows: dict[str, ob
     for number in range(len(player)):
         frame = player.frame(number)
         known &= frame.units.force is not None
-        strongest = max([strongest, *(region.force for region in frame.regions)])
+        strongest = max(strongest, frame.strongest_force)
         if number % 200 == 0:
             report("Reading", number / len(player))
     report("", 1.0)

@@ -13,6 +13,7 @@ from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QTransform
 
 from tactile_maps.core.arrays import FloatArray
+from tactile_maps.geometry.surface.points import cumulative_lengths, points_along
 from tactile_widgets.common.colours import Theme
 from tactile_widgets.views.interaction.polyline import simplify_polyline
 from tactile_widgets.views.map.items.map_shapes import MapShapes
@@ -96,10 +97,10 @@ def _paint_path(lines: list[FloatArray], hops: list[FloatArray], ink: QColor, pa
 
 def _arrows(line: FloatArray) -> list[FloatArray]:
     """(3, 2) arrowheads along a line (k, 2) [px]; none on a line shorter than an arrowhead."""
-    way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
+    way = cumulative_lengths(line)
     found = []
     for at in np.arange(min(_FIRST_ARROW, way[-1] / 2), way[-1] - _ARROW, _ARROW_EVERY):
-        back, tip = (np.array([np.interp(at + by, way, line[:, k]) for k in (0, 1)]) for by in (0, _ARROW))
+        back, tip = points_along(line, way, np.array([at, at + _ARROW]))
         along = tip - back
         if np.linalg.norm(along) > _ARROW / 2:  # not where the line turns back
             along *= _ARROW / np.linalg.norm(along)

@@ -97,7 +97,7 @@ class BodyShear(BodyLayer):
         skin = actors.prepared.skin
         index = actors.prepared.robot.link_index
         self._links = np.array([index[patch.link] for patch in skin.patches], dtype=np.int64)[skin.patch_of]
-        self._positions = np.concatenate([np.zeros((0, 3)), *(patch.taxels.positions for patch in skin.patches)])
+        self._positions = skin.positions
         self._meshes = [(index[patch.link], patch.surface) for patch in skin.patches]
         links = enumerate(link.mesh for link in actors.prepared.robot.links)
         self._meshes += [(number, mesh) for number, mesh in links if mesh is not None and len(mesh.faces)]

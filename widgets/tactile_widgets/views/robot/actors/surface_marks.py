@@ -17,6 +17,7 @@ from vtkmodules.vtkCommonMath import vtkMatrix4x4
 from vtkmodules.vtkRenderingCore import vtkPolyDataMapper
 
 from tactile_maps.core.arrays import FloatArray, IntArray
+from tactile_maps.geometry.surface.points import cumulative_lengths, points_along
 from tactile_maps.session.prepare import PreparedScene
 from tactile_maps.skin.model.skin import Skin
 from tactile_widgets.common.colours import Theme, rgb
@@ -213,12 +214,12 @@ def ribbon(
         lift: Height above the surface [m].
         dash: Length of a dash [m]; 0 for a solid line.
     """
-    along = _lengths(points)
+    along = cumulative_lengths(points)
     breaks = along
     if dash > 0:
         turns = np.arange(0.0, along[-1], (1 + _GAP) * dash)
         breaks = np.unique(np.clip(np.concatenate([along, turns, turns + dash]), 0, along[-1]))
-    place, up = (_interpolated(breaks, along, part) for part in (points, normals))
+    place, up = (points_along(part, along, breaks) for part in (points, normals))
     place = place + lift * up
     step = np.diff(place, axis=0)
     middle = 0.5 * (breaks[1:] + breaks[:-1])
@@ -233,15 +234,6 @@ def ribbon(
     after = 0.5 * widths[:, None] * ends[1:]
     corners = np.stack([place[:-1] - before, place[1:] - after, place[1:] + after, place[:-1] + before], axis=1)
     return quads(corners[shown])
-
-
-def _lengths(points: FloatArray) -> FloatArray:
-    """(k,) length along a line from its start to each of its points (k, 3) [m]."""
-    return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
-
-
-def _interpolated(at: FloatArray, along: FloatArray, values: FloatArray) -> FloatArray:
-    return np.stack([np.interp(at, along, values[:, k]) for k in range(3)], 1)
 
 
 def _unit(vectors: FloatArray) -> FloatArray:
@@ -259,10 +251,10 @@ def arrowheads(points: FloatArray, normals: FloatArray, size: float, *, every: f
         every: Distance between arrowheads [m]; a short line has one in its middle.
         lift: Height above the surface [m].
     """
-    along = _lengths(points)
+    along = cumulative_lengths(points)
     back = np.arange(min(every / 3, along[-1] / 2), along[-1] - size, every)
-    tail, tip = (_interpolated(at, along, points) for at in (back, back + size))
-    up = _interpolated(back, along, normals)
+    tail, tip = (points_along(points, along, at) for at in (back, back + size))
+    up = points_along(normals, along, back)
     aside = np.cross(up, tip - tail)
     aside *= 0.5 * size / np.maximum(np.linalg.norm(aside, axis=1, keepdims=True), 1e-12)
     return np.stack([tail - aside, tip, tail + aside], axis=1) + lift * up[:, None]
