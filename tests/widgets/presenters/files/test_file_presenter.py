@@ -33,7 +33,7 @@ from tactile_widgets.views.interaction.view_tool import PointedAt
 from tests.support.taxel_formats import FORMATS, LINK, cylinder_taxels, write_formats
 from tests.widgets.support.executors import in_process
 from tests.widgets.support.mouse import left_release
-from tests.widgets.support.window_driver import cancel, drop, press_map, run
+from tests.widgets.support.window_driver import answer, cancel, drop, press_map, run
 
 
 @pytest.fixture
@@ -395,6 +395,7 @@ def test_taxels_without_a_known_link_ask_for_the_link(window, monkeypatch, tmp_p
     box = window.findChildren(QInputDialog, "taxel-link")[-1]
     box.setTextValue("No robot: the skin alone")
     box.accept()
+    answer(window, QMessageBox.StandardButton.Discard)  # the skin that is being prepared
     assert (opened[1].robot, opened[1].title) == (NO_ROBOT, "unnamed.csv")
     assert len(load_robot_and_skin(opened[1])[1]) == 30
 
