@@ -220,7 +220,7 @@ def test_window_during_editing_matches_its_snapshot(new_window):
 
 @pytest.mark.long
 def test_session_continues_while_another_robot_is_prepared(new_window, qtbot):
-    new_window.live.loading.emit("Placing taxels", 0.4)
+    new_window.live.report_progress("Placing taxels", 0.4)
     assert new_window.loading_bar.busy
     assert not new_window.robot_view.card.isVisible(), "the last good robot stays in sight"
     run(new_window, 0.1)
