@@ -18,7 +18,7 @@ from typing import Any
 
 import pytest
 
-MEMORY = 2 * 2**30
+MEMORY = 2 * 2**30  # beyond the imported program, for which rslab alone reserves 1 GB of addresses
 CPU_SECONDS = 10
 WALL_SECONDS = 120  # wall time for a process that waits without working; long, because the machine may be busy
 ROOT = Path(__file__).resolve().parents[2]
@@ -115,6 +115,7 @@ def _work(function: Callable[..., Any], cases: Sequence[tuple[Any, ...]], cpu: f
 
     from tactile_maps.core.errors import TactileMapsError
 
+    memory += _data_size()
     resource.setrlimit(resource.RLIMIT_DATA, (memory, memory))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
@@ -141,3 +142,8 @@ def _work(function: Callable[..., Any], cases: Sequence[tuple[Any, ...]], cpu: f
             text = f"leaked {leaked} descriptors; {text}"
         os.write(writing, (" ".join(text.split())[:2000] + "\n").encode(errors="replace"))
     os._exit(0)
+
+
+def _data_size() -> int:
+    status = Path("/proc/self/status").read_text()
+    return next(int(line.split()[1]) * 1024 for line in status.splitlines() if line.startswith("VmData:"))

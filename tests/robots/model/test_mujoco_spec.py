@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import mujoco
 import pytest
 
 from tactile_maps.core.errors import RobotError
 from tactile_maps.robots.load import load_robot_file
-from tactile_maps.robots.model.mujoco_spec import compile_spec, robot_spec, spec_text
+from tactile_maps.robots.model.mujoco_spec import MESH_CACHE, compile_spec, robot_spec, spec_text
 
 
 def test_robot_is_self_contained_and_in_radians(tiny):
@@ -41,3 +42,7 @@ def test_written_text_is_in_radians(tiny):
     spec = robot_spec(load_robot_file(tiny))
     compile_spec(spec, source="tiny")
     assert 'angle="radian"' in spec_text(spec, source="tiny")
+
+
+def test_meshes_of_closed_robots_fill_no_more_than_the_cache():
+    assert mujoco.mj_getCacheCapacity(mujoco.mj_getCache()) == MESH_CACHE

@@ -1,4 +1,4 @@
-"""What the gestures on a view emit."""
+"""Recorder of the signals that the gestures on a view emit."""
 
 from __future__ import annotations
 

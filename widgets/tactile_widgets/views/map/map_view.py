@@ -397,7 +397,7 @@ class MapView(QGraphicsView):
         )
 
     def captions_fit(self) -> tuple[bool, bool]:
-        """Whether the captions of contacts hide no other caption, contact or small patch, and names hide no skin."""
+        """Return whether captions of contacts hide no other caption, contact or small patch, and names no skin."""
         if self.picture is None:
             return True, True
         place = (self.marks, self.picture, self.viewportTransform(), QRectF(self.viewport().rect()))
