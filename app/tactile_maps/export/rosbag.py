@@ -113,7 +113,6 @@ class _Bag:
         self._connections: dict[str, Any] = {}
         self._configuration = Configuration(player.prepared.robot)
         self._image = TactileImage(player.prepared.map, width=128)
-        self._names = [joint.name for joint in player.prepared.robot.joints]
 
     def open(self) -> None:
         """Write the messages that are written once."""
@@ -128,7 +127,7 @@ class _Bag:
         joints = self._make(
             "sensor_msgs/msg/JointState",
             header=self._header(frame.tick, ""),
-            name=self._names,
+            name=list(self._prepared.robot.joint_names),
             position=frame.posture,
             velocity=frame.velocity,
             effort=np.zeros(0),

@@ -242,9 +242,11 @@ _TAXEL_COLUMNS = ("pressure_Pa", "reading_counts", "raw_counts", "raw_Pa", "raw_
 
 def column_labels(prepared: PreparedScene) -> dict[str, Sequence[str]]:
     """Return the label of each number in a row, by column: names of taxels or joints."""
-    joints = [joint.name for joint in prepared.robot.joints]
     columns = [f"{part}{name}" for part in ("", "t1_", "t2_") for name in _TAXEL_COLUMNS]
-    return {**dict.fromkeys(columns, taxel_labels(prepared.skin)), **dict.fromkeys(JOINT_COLUMNS, joints)}
+    return {
+        **dict.fromkeys(columns, taxel_labels(prepared.skin)),
+        **dict.fromkeys(JOINT_COLUMNS, prepared.robot.joint_names),
+    }
 
 
 def row_column(columns: Columns) -> str:
@@ -371,7 +373,7 @@ def _damage(player: RecordingPlayer) -> Columns:
 def _joints(prepared: PreparedScene) -> Columns:
     joints = prepared.robot.joints
     return {
-        "joint": _words([joint.name for joint in joints]),
+        "joint": _words(prepared.robot.joint_names),
         "lower": np.array([float(joint.lower) for joint in joints]),
         "upper": np.array([float(joint.upper) for joint in joints]),
         "slide": np.array([joint.slide for joint in joints], dtype=np.int64),

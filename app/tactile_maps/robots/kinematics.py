@@ -34,7 +34,7 @@ class Configuration:
 
     def __init__(self, robot: Robot) -> None:
         self._robot = robot
-        self.joint_names = tuple(joint.name for joint in robot.joints)
+        self.joint_names = robot.joint_names
         self._model = kinematic_model(robot)
         self._data = mujoco.MjData(self._model)
         # A state does not move its arrays, and looking them up is slow.

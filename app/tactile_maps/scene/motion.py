@@ -107,11 +107,11 @@ def _check_speeds(robot: Robot, way: FloatArray, seconds: float, place: str) -> 
 
 
 def _posture(robot: Robot, waypoint: Waypoint, before: FloatArray, place: str) -> FloatArray:
-    names = [joint.name for joint in robot.joints]
+    names = robot.joint_names
     if isinstance(waypoint.posture, Mapping):
         unknown = [name for name in waypoint.posture if name not in names]
         if unknown:
-            remedy = did_you_mean(unknown[0], tuple(names))
+            remedy = did_you_mean(unknown[0], names)
             raise SceneError(
                 "the robot has no such joint", place=f"{place}.{unknown[0]}", value=unknown[0], remedy=remedy
             )

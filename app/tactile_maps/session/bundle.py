@@ -140,7 +140,7 @@ class RobotHeader:
 @weak_cache
 def robot_to_zip(robot: Robot) -> bytes:
     """Return the robot as a zip: ``robot.xml`` and its files, which MuJoCo opens, and a header with the other data."""
-    links = tuple(link.name for link in robot.links)
+    links = tuple(robot.link_index)
     header = RobotHeader(robot.name, robot.source, links, robot.joints, robot.home, robot.findings)
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:

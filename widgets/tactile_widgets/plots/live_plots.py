@@ -426,7 +426,7 @@ class LivePlots(QWidget):
         prepared = self._prepared
         frame = self._latest
         links = () if prepared is None else prepared.skin.links
-        joints = [] if prepared is None else [joint.name for joint in prepared.robot.joints]
+        joints = () if prepared is None else prepared.robot.joint_names
         contacts = () if frame is None else frame.regions
         subjects: dict[str, tuple[PlotKind, Sequence[str]]] = {
             "Contacts now": (PlotKind.CONTACT, [str(region.id) for region in contacts]),

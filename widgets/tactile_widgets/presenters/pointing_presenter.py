@@ -385,7 +385,7 @@ def _body_values(prepared: PreparedScene | None, frame: Frame | None, pointed: P
         place = frame.objects[pointed.body - links][:3, 3]
         lines.append(f"Place: {' '.join(f'{value:.4g}' for value in place.tolist())} m")
     if pointed.joint is not None:
-        number = [joint.name for joint in prepared.robot.joints].index(pointed.joint)
+        number = prepared.robot.joint_names.index(pointed.joint)
         unit = "m" if prepared.robot.joints[number].slide else "rad"
         motion = f"{frame.posture[number]:.4g} {unit}, {frame.velocity[number]:.4g} {unit}/s"
         lines.append(f"Joint {pointed.joint}: {motion}")

@@ -351,7 +351,7 @@ def _motion_figures(motion: MotionOutput, session: MeasuredSession) -> dict[str,
     target = motion.requested
     sending = motion.sending
     late = motion.latency.figures
-    names = (joint.name for joint in session.prepared.robot.joints)
+    names = session.prepared.robot.joint_names
     return {
         "controller": motion.settings.controller,
         "velocities": None if target is None else dict(zip(names, target.velocity.tolist(), strict=True)),

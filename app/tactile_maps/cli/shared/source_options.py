@@ -52,9 +52,11 @@ def refuse_silence(connection: Connection, facts: MeasuredFacts) -> None:
     if facts.readings:
         return
     status = connection.status
-    problem, remedy = "no reading arrived", "Check that the sender runs and sends to this address"
+    problem = "no reading arrived"
+    remedy = "Check that the sender runs and sends to this address"
     if connection.source.finite:
-        problem, remedy = "no reading of the file can be used", "Correct the file, or choose the skin that was recorded"
+        problem = "no reading of the file can be used"
+        remedy = "Correct the file, or choose the skin that was recorded"
     value = status.problem or facts.problem or status.malformed
     raise LiveError(problem, place=status.address, value=value, remedy=remedy)
 

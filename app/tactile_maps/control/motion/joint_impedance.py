@@ -268,7 +268,7 @@ class PostureReference:
         self.max_speed = joint_speeds(robot)
         self._efforts = joint_efforts(robot)
         self._lead = np.array([MAX_SLIDE_LEAD if joint.slide else MAX_LEAD for joint in robot.joints])
-        self._names = tuple(joint.name for joint in robot.joints)
+        self._names = robot.joint_names
         self.reset()
 
     def reset(self) -> None:

@@ -126,7 +126,7 @@ def read_recording(path: Path) -> Iterator[Item]:
         RecordingError: The recording cannot be read.
     """
     player = RecordingPlayer(path)
-    names = [joint.name for joint in player.prepared.robot.joints]
+    names = player.prepared.robot.joint_names
     ids = player.prepared.skin.identity.ids
     ids = ids if ids is not None and len(np.unique(ids)) == len(ids) else None
     one_axis = ~player.prepared.skin.three_axis[:, None]

@@ -211,8 +211,7 @@ def viewer_schemas(prepared: PreparedScene) -> dict[str, Schema]:
 
 def frame_names(prepared: PreparedScene) -> list[str]:
     """Return the frame names of all links and then all objects of a scene."""
-    links = [link.name for link in prepared.robot.links]
-    return links + [object_frame(body.spec.name) for body in prepared.objects]
+    return [*prepared.robot.link_index, *(object_frame(body.spec.name) for body in prepared.objects)]
 
 
 def object_frame(name: str) -> str:

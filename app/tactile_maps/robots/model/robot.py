@@ -82,6 +82,11 @@ class Robot(ArrayFields):
     findings: tuple[Finding, ...] = ()
 
     @cached_property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names of the joints in the order of a posture."""
+        return tuple(joint.name for joint in self.joints)
+
+    @cached_property
     def link_index(self) -> dict[str, int]:
         """Position of each link in ``links``, by name."""
         return {link.name: i for i, link in enumerate(self.links)}

@@ -107,12 +107,12 @@ class CoverSpec:
         if self.links and (unknown := sorted({*self.bare} - {*self.links})):
             remedy = f"Choose among the links of the cover: {', '.join(self.links)}"
             raise SkinError("a bare link is not a link of the cover", place="bare", value=unknown[0], remedy=remedy)
-        least, most = MIN_COVER_TAXELS, MAX_COVER_TAXELS
-        check_range("the number of taxels", self.taxels, least, most, error=SkinError, place="taxels")
-        for place, limits in COVER_LENGTHS.items():
+        limits = (MIN_COVER_TAXELS, MAX_COVER_TAXELS)
+        check_range("the number of taxels", self.taxels, *limits, error=SkinError, place="taxels")
+        for place, lengths in COVER_LENGTHS.items():
             if (length := getattr(self, place)) is not None:
                 name = "cover thickness" if place == "thickness" else place
-                check_range(f"the {name}", length, *limits, error=SkinError, place=place, unit="m")
+                check_range(f"the {name}", length, *lengths, error=SkinError, place=place, unit="m")
         if self.density not in ("uniform", "curvature"):
             raise SkinError(
                 "unknown density", place="density", value=self.density, remedy="Choose uniform or curvature"
