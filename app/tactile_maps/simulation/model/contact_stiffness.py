@@ -41,16 +41,16 @@ FRICTION_RATIO = 1000.0
 MuJoCo's friction is viscous up to Coulomb's force, so that bodies at rest creep. On a slope of 10 degrees a body creeps
 by 8 mm/s with a ratio of 1, and by 3 um/s with 1,000 (0.5 kg, time step 1 ms).
 """
-_FRICTION_DAMPING = 0.5
+FRICTION_DAMPING = 0.5
 """Reference damping B of friction times the time step: sliding ends within a few steps."""
 _DILATION = 0.8
 """Largest share of the normal reference acceleration that friction may add to it.
 
 In MuJoCo's convex model sliding at speed v also pushes the bodies apart, with the acceleration  mu B v: without a limit
 the contact hops, and a pressing force of 10 N varies by 13 N at 0.3 m/s. While bodies slide, friction is Coulomb's
-force for any reference above their deceleration, so that the limit does not change it; where they are braked harder,
-``PassiveFriction`` repeats the step without it. What is left of the push is subtracted from the normal reference,
-except with ``discrete``, which does not need it.
+force for any reference above their deceleration, so that the limit does not change it; where they are braked harder, or
+friction itself stays below Coulomb's force, ``PassiveFriction`` repeats the step without it. What is left of the push
+is subtracted from the normal reference, except with ``discrete``, which does not need it.
 """
 _ROUND = {
     int(shape) for shape in (mujoco.mjtGeom.mjGEOM_SPHERE, mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_CAPSULE)
@@ -109,7 +109,7 @@ class ContactSharing:
             k = self._stiffness[pair] * (1 - SOLVER_IMPEDANCE) * mobility
             model.pair_solref[pair] = -k, -2 * math.sqrt(k)
             if model.pair_dim[pair] > 1:
-                model.pair_solreffriction[pair] = -1.0, -_FRICTION_DAMPING * SOLVER_IMPEDANCE / self._step
+                model.pair_solreffriction[pair] = -1.0, -FRICTION_DAMPING * SOLVER_IMPEDANCE / self._step
 
     def apply(self, data: mujoco.MjData) -> None:
         """Share the stiffness among the points of each pair, and limit what friction adds to the normal force.
@@ -214,7 +214,7 @@ class ContactSharing:
         contact.solimp[number, :2] = impedance
         contact.solref[number] = -k * scale, -b * scale
         if self._model.pair_dim[pair] > 1:
-            damping = _FRICTION_DAMPING / step
+            damping = FRICTION_DAMPING / step
             speed = math.hypot(data.efc_vel[row + 1], data.efc_vel[row + 2])
             reference = max(k * depth - b * float(data.efc_vel[row]), 0.0) / SOLVER_IMPEDANCE
             # The reference of friction is  B v / (1 + h B).

@@ -1,4 +1,4 @@
-"""Steps in which friction never adds energy.
+"""Steps in which friction never adds energy, and brakes as Coulomb's law says.
 
 MuJoCo turns friction against the difference between a contact's acceleration and its reference acceleration. That is
 the direction of sliding only while the reference exceeds every other deceleration. Where the reference is limited (see
@@ -8,7 +8,8 @@ computes friction for bodies that it takes for too light.
 
 ``PassiveFriction`` measures the work of friction on the way of each step, force times the slip velocity at its end. The
 mechanical energy changes by this work and that of the other dissipative forces, less the kinetic energy of the change
-of velocity, which is never negative. A step in which a contact gains energy is repeated with
+of velocity, which is never negative. A step in which a contact gains energy is repeated; with ``discrete`` also one in
+which friction with a limited reference brakes by less than Coulomb's force, from a coefficient of 0.7 on. It has then
 
 * the reference  -v / h,  so that friction is opposite to the velocity at the end of the step, or stops the bodies;
 * the normal reference less  mu |a + v / h|,  by which friction pushes the bodies apart in MuJoCo's convex model, with
@@ -24,9 +25,12 @@ import mujoco
 import numpy as np
 
 from tactile_maps.core.arrays import FloatArray, IntArray
+from tactile_maps.simulation.model.contact_stiffness import FRICTION_DAMPING
 
 LEAST_GAIN = 1e-10
 """Work of friction on a contact in one step from which on the step is repeated [J]."""
+_COULOMB_SHARE = 0.99
+"""Share of Coulomb's force below which sliding friction counts as too weak: the solver's own error is below 0.1 %."""
 _STOPS = 1e5
 """Damping of friction times the time step with which ``discrete`` stops sliding within a step. With 1e4 a repeated step
 of 8 ms between heavy bodies still gained 1e-6 J."""
@@ -68,7 +72,7 @@ class PassiveFriction:
         self._velocity[:] = data.qvel
         self._acceleration[:] = data.qacc_warmstart
         mujoco.mj_step2(model, data)
-        if max(_works(model, data, rows)) > LEAST_GAIN:
+        if max(_works(model, data, rows)) > LEAST_GAIN or (self._discrete and _is_weak(model, data)):
             data.time = time
             data.qpos[:] = self._posture
             data.qvel[:] = self._velocity
@@ -162,6 +166,18 @@ def _rough_rows(data: mujoco.MjData) -> list[int]:
         for row, size in zip(contact.efc_address.tolist(), contact.dim.tolist(), strict=True)
         if size > 1 and row >= 0
     ]
+
+
+def _is_weak(model: mujoco.MjModel, data: mujoco.MjData) -> bool:
+    """Return whether friction with a limited reference is below Coulomb's force on any contact, after ``discrete``."""
+    contact = data.contact
+    unlimited = FRICTION_DAMPING / float(model.opt.timestep) * contact.solimp[:, 0]
+    damping = -contact.solreffriction[:, 1]
+    limited = (damping > 0) & (damping < (1 - 1e-9) * unlimited)
+    chosen = np.flatnonzero(limited & (contact.dim > 1) & (contact.efc_address >= 0))
+    rows = contact.efc_address[chosen]
+    tangential = np.hypot(data.efc_force[rows + 1], data.efc_force[rows + 2])
+    return bool((tangential < _COULOMB_SHARE * contact.friction[chosen, 0] * data.efc_force[rows]).any())
 
 
 def _along(model: mujoco.MjModel, data: mujoco.MjData, rows: IntArray, motion: FloatArray) -> FloatArray:
