@@ -39,7 +39,8 @@ def emitted(live):
     """All signals of the session as (name, argument)."""
     facts = []
     signals = {name: getattr(live, name) for name in ("failed", "halted", "settings_changed", "frame_ready")}
-    signals |= {"saved": live.recording.saved, "recording_changed": live.recording.changed}
+    recording = live.recording
+    signals |= {"saved": recording.saved, "recording_changed": recording.changed, "not_recorded": recording.failed}
     for name, signal in signals.items():
         signal.connect(lambda content, name=name: facts.append((name, content)))
     return facts
@@ -130,7 +131,7 @@ def test_recording_is_never_overwritten(live, emitted, tmp_path):
     path.write_bytes(b"mine")
     live.recording.start(path)
     assert live.recording.recorder is None
-    assert str(path) in arguments_of(emitted, "failed")[0]
+    assert str(path) in arguments_of(emitted, "not_recorded")[0]
     assert path.read_bytes() == b"mine"
 
 
