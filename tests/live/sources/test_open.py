@@ -44,6 +44,8 @@ def test_address_selects_the_source(address, kind, full_address):
         ("udp://255.255.255.255:9870", "multicast or broadcast"),
         ("zmq://239.1.1.1:9870", "multicast or broadcast"),
         ("udp://300.1.1.1:5000", "invalid IP address.*300.1.1.1.*0 to 255"),
+        ("udp:abc", "no // before the host.*udp:abc.*udp://abc"),
+        ("zmq:localhost:5000", "no // before the host.*zmq://localhost:5000"),
         ("zmq://192.168.1:5000", "invalid IP address.*192.168.1[)]"),
         ("yarp://10.0.0.256:10000/skin", "invalid IP address.*10.0.0.256"),
         ("udp://[", "invalid address"),

