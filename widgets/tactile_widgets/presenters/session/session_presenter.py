@@ -134,7 +134,7 @@ def _damage_message(player: RecordingPlayer) -> str:
     """Return a message about the damages of a recording: the first ones in words, and the number of others."""
     tick = player.prepared.scene.tick
     damages = names_text([damage_text(one, tick) for one in player.damage], _MOST_NAMED, separator="; ")
-    return f"{player.path.name} is damaged: {damages}. The timeline marks where."
+    return f"The recording {player.path.name} is damaged: {damages}. The timeline marks where."
 
 
 def free_name(path: Path) -> Path:
