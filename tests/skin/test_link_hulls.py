@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import product
 
 import mujoco
 import numpy as np
@@ -62,6 +63,18 @@ def test_each_corner_of_an_almost_flat_hull_has_a_face():
     planes = ConvexHull(corners).equations
     assert (points @ planes[:, :3].T + planes[:, 3]).max() < 1e-6
     assert corners_with_faces(corners) is corners
+
+
+@pytest.mark.parametrize(("above", "corners"), [(4e-6, 8), (6e-6, 9), (2e-5, 9)])
+def test_corner_of_merged_faces_is_kept_only_above_5_micrometres(above, corners):
+    box = np.array(list(product((-0.05, 0.05), (-0.05, 0.05), (-0.01, 0.01))))
+    points = np.vstack([box, [0, 0, 0.01 + above]])
+    assert not faces_of_corners(points).all()
+    hull = corners_with_faces(points)
+    assert len(hull) == corners
+    assert faces_of_corners(hull).all()
+    planes = ConvexHull(hull).equations
+    assert (points @ planes[:, :3].T + planes[:, 3]).max() < 5e-6
 
 
 def test_flat_skin_without_a_link_mesh_has_a_hull():
