@@ -85,7 +85,7 @@ def corners_with_faces(points: FloatArray) -> FloatArray:
         if has_face.all():
             return points
         kept, merged = corners[has_face], corners[~has_face]
-        planes = ConvexHull(points[kept], qhull_options="Qt Pp").equations  # Pp: no warning about thin hulls
+        planes = ConvexHull(points[kept]).equations
         heights = points[merged] @ planes[:, :3].T + planes[:, 3]
         height = heights.max(axis=1)
         high = height > _LOST_HEIGHT
