@@ -451,7 +451,7 @@ def test_map_of_another_skin_is_rejected_and_leaves_the_session_unchanged(map_):
     session = pressed(ticks=1, settings=ControlSettings(stiffness=40.0))
     other = pressed(ticks=1, settings=ControlSettings(stiffness=40.0))
     before = session.map
-    with pytest.raises(MapError, match=r"the map is of another skin.*60 taxels on 1 patches"):
+    with pytest.raises(MapError, match=r"the map is of another skin.*60 taxels on 1 patch"):
         session.submit(MapEdited("Other", map_))
     assert session.inputs == other.inputs
     frames = run(session, 80)

@@ -49,13 +49,13 @@ def arm():
 
 @pytest.fixture
 def recording(tmp_path):
-    """Impedance is touched; after a while the force goal becomes 5 N."""
+    """Impedance is touched; the goal becomes 5 N after the finger has met the arm of other controllers (tick 56)."""
     session = Session(arm(), scripted=False)
     path = tmp_path / "touched.mcap"
     with Recorder(session.prepared, path) as recorder:
         session.submit(PokePressed(1, arm().skin.taxel_point(60)))
         for tick in range(100):
-            if tick == 50:
+            if tick == 80:
                 session.submit(ControlChanged(ControlSettings(force_goal=5.0)))
             recorder.write(session.tick(), session.inputs)
     return str(path)

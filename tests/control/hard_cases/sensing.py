@@ -187,7 +187,7 @@ CASES: dict[str, HardCase] = {
         "a plateau of 2 kPa reads less than the goal however hard it is pressed: the arm presses no more, and says why",
         sensed(saturation={"at": 2000.0}),
         presses_no_more,
-        seconds=5.0,
+        seconds=10.0,
         force=30.0,
         says=((LimitKind.SKIN_SATURATED,),),
     ),
