@@ -83,9 +83,11 @@ _FEW = 0.75
 
 
 def few_heard(facts: MeasuredFacts, taxels: int) -> str | None:
-    """Return in words that a large share of the skin's ``taxels`` sent no value; None if most did."""
+    """Return in words that a large share of the skin's ``taxels`` sent no value; None if most did or none was read."""
     heard = taxels - facts.unheard
-    return f"the readings have values of only {heard} of the skin's {taxels} taxels" if heard < _FEW * taxels else None
+    if not facts.readings or heard >= _FEW * taxels:
+        return None
+    return f"the readings have values of only {heard} of the skin's {taxels} taxels"
 
 
 def taxel_names(skin: Skin, taxels: IntArray) -> tuple[str, ...]:
