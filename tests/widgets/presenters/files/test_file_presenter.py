@@ -328,11 +328,15 @@ def test_taxel_files_of_all_formats_are_opened_and_dropped(window, monkeypatch, 
         if name == "map.npz":
             continue  # a map of the skin that is open, which is taken as an edit
         window.presenters.files.open_path(str(skin_files[name]))
+        if name == "robot_in_its_skin.urdf":  # its own robot replaces the skin in preparation
+            answer(window, QMessageBox.StandardButton.Discard)
         assert opened, (name, window.notification_bar.text)
         found = opened.pop()
         assert found.taxel_files == (str(skin_files[name]),)
         assert len(load_robot_and_skin(found)[1]) == 30, name
         drop(window, skin_files[name])
+        if name == "robot_in_its_skin.urdf":
+            answer(window, QMessageBox.StandardButton.Discard)
         assert opened.pop() == found
 
 
