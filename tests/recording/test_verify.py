@@ -185,7 +185,7 @@ def test_session_started_on_an_edited_map_is_replayed_on_it(prepared, tmp_path):
     assert session.map is edited
     session.submit(PokePressed(1, prepared.skin.taxel_point(30)))
     with Recorder(prepared, tmp_path / "edited.mcap") as recorder:
-        for _ in range(40):
+        for _ in range(120):
             recorder.write(session.tick(), session.inputs)
     player = RecordingPlayer(tmp_path / "edited.mcap")
     assert player.runtime_settings_at(0).map.layout == edited.layout
