@@ -65,16 +65,16 @@ def test_each_corner_of_an_almost_flat_hull_has_a_face():
     assert corners_with_faces(corners) is corners
 
 
-@pytest.mark.parametrize(("above", "corners"), [(4e-6, 8), (6e-6, 9), (2e-5, 9)])
-def test_corner_of_merged_faces_is_kept_only_above_5_micrometres(above, corners):
-    box = np.array(list(product((-0.05, 0.05), (-0.05, 0.05), (-0.01, 0.01))))
-    points = np.vstack([box, [0, 0, 0.01 + above]])
+@pytest.mark.parametrize(("size", "above", "corners"), [(0.03, 4e-6, 8), (0.1, 1.2e-5, 9), (1.0, 6e-6, 8)])
+def test_corner_of_merged_faces_is_kept_only_if_high_enough(size, above, corners):
+    """On a body of 1 m a corner of 6 µm would have to be raised to 0.4 mm."""
+    box = size * np.array(list(product((-0.5, 0.5), (-0.5, 0.5), (-0.1, 0.1))))
+    points = np.vstack([box, [0, 0, 0.1 * size + above]])
     assert not faces_of_corners(points).all()
     hull = corners_with_faces(points)
     assert len(hull) == corners
     assert faces_of_corners(hull).all()
-    planes = ConvexHull(hull).equations
-    assert (points @ planes[:, :3].T + planes[:, 3]).max() < 5e-6
+    assert hull[:, 2].max() == pytest.approx(0.1 * size + (2 * above if corners == 9 else 0), abs=1e-12)
 
 
 def test_flat_skin_without_a_link_mesh_has_a_hull():

@@ -6,6 +6,7 @@ links whose hulls overlap at home.
 
 from __future__ import annotations
 
+import math
 from itertools import combinations
 from typing import TypeAlias
 
@@ -27,7 +28,7 @@ _FLAT = 1e-4
 _DEPTH = 0.003
 """Thickness of the hull of points in a plane [m]."""
 _LOST_HEIGHT = 5e-6
-"""Height of a corner without faces above the rest of its hull from which it is kept [m]."""
+"""Height above the rest of its hull from which a corner without faces is kept [m]."""
 
 
 def hull_name(link: str) -> str:
@@ -64,11 +65,14 @@ def corners_with_faces(points: FloatArray) -> FloatArray:
 
     MuJoCo merges faces that are nearly coplanar, as those of a flat skin are in float32. Where a body touches a corner
     inside a merged face, MuJoCo finds no face and one contact instead of several: a box rocks from corner to corner.
-    All points are returned if each corner has a face, and otherwise the corners that have one. A corner more than
-    5 µm above the others is not left out but raised by its height until its faces are not merged.
+    All points are returned if each corner has a face, else the corners that have one. A corner more than 5 µm above
+    the others is kept and raised by its height, once, so that its faces are not merged (forearm of the arm: 5.6 µm). If
+    they still are, it is left out: on a large body it would grow into a bump. The hull of a body of 1 m can therefore
+    be 0.2 mm lower than the body.
 
     Cost: two compilations of the hull, 15 ms for one of 400 corners and 0.2 s for 5,000.
     """
+    least = _LOST_HEIGHT
     while True:
         spec = mujoco.MjSpec()
         spec.add_mesh(
@@ -88,7 +92,8 @@ def corners_with_faces(points: FloatArray) -> FloatArray:
         planes = ConvexHull(points[kept]).equations
         heights = points[merged] @ planes[:, :3].T + planes[:, 3]
         height = heights.max(axis=1)
-        high = height > _LOST_HEIGHT
+        high = height > least
+        least = math.inf
         points = points.copy()
         points[merged[high]] += (height[:, None] * planes[heights.argmax(axis=1), :3])[high]
         points = points[np.sort(np.concatenate([kept, merged[high]]))]
