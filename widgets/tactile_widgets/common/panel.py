@@ -25,6 +25,7 @@ from PySide6.QtWidgets import (
     QGridLayout,
     QLabel,
     QMenu,
+    QPushButton,
     QSizePolicy,
     QSlider,
     QToolButton,
@@ -104,6 +105,8 @@ SLIM_SCROLL_BAR = """
     QScrollBar::add-page:vertical, QScrollBar::sub-page:vertical { background: transparent; }
 """
 """Style sheet of narrow scroll bars."""
+_OWN_TIP = "own-tip"
+"""Dynamic property of a button: its tool tip without the reason for which it is disabled."""
 MIXED_VALUES = "—"
 """Text shown for several different values."""
 
@@ -193,7 +196,11 @@ class Panel(QWidget):
         """Enable or disable changes of the simulation; disabled during a replay."""
 
     def show_reason(self, text: str) -> None:
-        """Show below the heading why nothing can be changed; an empty text hides the line."""
+        """Show below the heading, and in tool tips, why nothing can be changed; an empty text removes it."""
+        for button in self.findChildren(QPushButton):
+            own = button.property(_OWN_TIP) or button.toolTip()
+            button.setProperty(_OWN_TIP, own if text else None)
+            button.setToolTip("\n".join(filter(None, (own, text))))
         if self._reason is None:
             if not text:
                 return

@@ -23,6 +23,7 @@ from tactile_widgets.session.live_input import LiveInput
 from tactile_widgets.session.session_host import SessionHost
 
 COLUMN_WIDTH = 300
+_NO_SESSION = "Open a robot or a scene first."
 _NOT_SIMULATED = "A real skin is connected, and nothing is simulated: disconnect it to change this."
 _WAS_NOT_SIMULATED = "This is a recording of a real skin: nothing was simulated."
 
@@ -214,20 +215,22 @@ class PanelColumn(QWidget):
         self._session = session
         session.mode_changed.connect(self._on_mode_changed)
         session.connection.changed.connect(self._on_connection_changed)
+        self._on_mode_changed(session.mode)
 
     def _on_connection_changed(self, live: LiveInput | None) -> None:
         self.set_live(live=live is not None)
 
     def _on_mode_changed(self, mode: Mode) -> None:
-        """Disable what a replay, or a real skin, does not allow to change."""
-        running = mode.takes_input
+        """Disable what cannot be changed without a session, in a replay, or with a real skin."""
         reason = ""
-        if running and self._session.live_input is not None:
+        if mode is Mode.EMPTY:
+            reason = _NO_SESSION
+        elif mode.takes_input and self._session.live_input is not None:
             reason = _NOT_SIMULATED
         elif (player := self._session.replay.player) is not None and player.measured is not None:
             reason = _WAS_NOT_SIMULATED
         for panel in self._panels:
-            panel.set_editable(editable=running and not (panel.simulates and reason))
+            panel.set_editable(editable=mode is not Mode.REPLAYING and not (panel.simulates and reason))
             if panel.simulates:
                 panel.show_reason(reason)
 

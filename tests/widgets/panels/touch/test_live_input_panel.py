@@ -203,7 +203,8 @@ def test_counts_are_never_labelled_as_pressure_or_force(window, tmp_path):
     assert not any(line.box.isEnabled() for line in window.column.get(EffectsPanel).lines.values())
     for kind in (ControllerPanel, BehavioursPanel, EffectsPanel):
         panel = window.column.get(kind)
-        assert panel.isEnabled() == (kind is EffectsPanel)
+        if kind is not EffectsPanel:
+            assert not any(button.isEnabled() for button in panel.findChildren(QPushButton))
         assert any("disconnect it" in label.text() for label in panel.findChildren(QLabel))
     assert any("force unknown" in text for text in texts)
     assert any(re.search(r"\d counts", text) for text in texts)
@@ -218,7 +219,7 @@ def test_counts_are_never_labelled_as_pressure_or_force(window, tmp_path):
     run(window, 0.3)
     assert "Pressure (kPa)" in _touch_texts(window)
     assert "real time" in window.status_line.factor.text()
-    assert window.column.get(ControllerPanel).isEnabled()
+    assert window.column.get(ControllerPanel).findChild(QPushButton, "controller-qp").isEnabled()
     assert not any("disconnect it" in label.text() for label in window.column.findChildren(QLabel) if label.isVisible())
 
 

@@ -130,6 +130,7 @@ _TASKS = {
     "recorded": ("Task of the recording", "Task, path and force goal come with the stimulus"),
     "own": ("Current task", "All controllers do the current task; changes of the force goal are kept"),
 }
+NO_STIMULUS = "No stimulus to compare controllers on: open a robot, or choose a recording."
 _LEFT_OUT = "Its changes of controller and gains are ignored; each controller keeps its own."
 
 
@@ -138,6 +139,8 @@ class StimulusChoice(QWidget):
 
     changed = Signal()
     """The user chose another stimulus, task or duration."""
+    occasion_changed = Signal()
+    """``occasion`` may have changed, by the user or with the session."""
     recording_requested = Signal()
     """The user chooses a recording; the receiver asks for its file and calls ``take_recording``."""
     refresh_requested = Signal()
@@ -254,5 +257,6 @@ class StimulusChoice(QWidget):
         self._tasks.say(_TASKS[self._task][0])
         self._tasks.setVisible(self._source != SCRIPT)
         self.refresh.setEnabled(self._source == DONE)
-        words = f"{as_sentence(occasion.words)}." if occasion else "Open a robot first."
+        words = f"{as_sentence(occasion.words)}." if occasion else NO_STIMULUS
         self._note.setText(words if self._source == SCRIPT or not occasion else f"{words} {_LEFT_OUT}")
+        self.occasion_changed.emit()

@@ -32,13 +32,14 @@ from tactile_widgets.common.make import (
 )
 from tactile_widgets.common.panel import SLIM_SCROLL_BAR
 from tactile_widgets.dialogs.controller_comparison.comparison_plots import LETTERS, ComparisonPlots
-from tactile_widgets.dialogs.controller_comparison.comparison_setup import ContenderCard, StimulusChoice
+from tactile_widgets.dialogs.controller_comparison.comparison_setup import NO_STIMULUS, ContenderCard, StimulusChoice
 from tactile_widgets.dialogs.controller_comparison.metrics_table import MetricsTable
 from tactile_widgets.session.comparison_stimulus import ComparisonStimulus
 
 _LEFT = 330
 _LEAST_PLOTS = 260
 """Width that the plots keep next to the table [px]."""
+_RUN_TIP = "Run these controllers on this stimulus"
 _EMPTY = (
     "Each controller runs from the same initial state on the same stimuli, in a separate process.\n"
     "Choose the controllers and press Run: their traces and metrics are compared here."
@@ -69,6 +70,8 @@ class ComparisonView(QWidget):
         self._make_left()
         self._make_right()
         row_layout(self._left, self._right, parent=self, spacing=16, stretch=self._right, margins=(16, 16, 16, 16))
+        self.stimulus.occasion_changed.connect(self._update_run)
+        self._update_run()
         self.rest()
         self._show_traces()
 
@@ -152,8 +155,7 @@ class ComparisonView(QWidget):
         self._left.verticalScrollBar().setStyleSheet(SLIM_SCROLL_BAR)
 
     def _run_row(self) -> QHBoxLayout:
-        tip = "Run these controllers on this stimulus"
-        self._run = push_button(self, "comparison-run", "Run", tip, self.run_requested, default=True)
+        self._run = push_button(self, "comparison-run", "Run", _RUN_TIP, self.run_requested, default=True)
         tip = "Cancel, and keep the results so far"
         self._cancel = push_button(self, "comparison-cancel", "Cancel", tip, self.cancelled)
         self._progress = progress_bar(self)
@@ -190,6 +192,11 @@ class ComparisonView(QWidget):
         self._run.setHidden(on)
         self._progress.setVisible(on)
         self._cancel.setVisible(on)
+
+    def _update_run(self) -> None:
+        known = self.stimulus.occasion is not None
+        self._run.setEnabled(known)
+        self._run.setToolTip(_RUN_TIP if known else NO_STIMULUS)
 
     def _say(self, text: str) -> None:
         show_text(self._note, text)

@@ -191,7 +191,7 @@ class BehavioursPanel(Panel):
         self.column.addWidget(add, alignment=Qt.AlignmentFlag.AlignLeft)
 
     def set_editable(self, *, editable: bool) -> None:
-        self.setEnabled(editable)
+        self._body.setEnabled(editable)  # heading and help stay enabled
 
     def show_prepared(self, prepared: PreparedScene) -> None:
         """Offer the places of another skin."""

@@ -39,6 +39,8 @@ from tactile_widgets.common.make import (
     add_fact,
     add_items,
     button_grid,
+    caption_label,
+    column_layout,
     make,
     push_button,
     row_layout,
@@ -361,16 +363,21 @@ class ControllerPanel(Panel):
         self._step = StepResponseMonitor()
         self._group = QButtonGroup(self)
         self._buttons = {controller: self._controller_button(controller) for controller in CONTROLLERS}
-        grid = button_grid(self._buttons.values())
+        chooser = QWidget(self)
+        grid = button_grid(self._buttons.values(), chooser)
         for side in (0, 1):
             grid.setColumnStretch(side, 1)
-        self.column.addLayout(grid)
-        self._add_state()
+        self._difference = self._fixed_caption("controller-difference", _DIFFERENCE_LINES)
+        self._difference.linkActivated.connect(self.scene_requested)
         self._boxes = {name: self._choice_box(name) for name in SETTING_CHOICES}
-        self.column.addLayout(self._command_buttons())
         self.sliders = ControllerSliders(parent=self)
         self.sliders.settings_edited.connect(self._edit)
-        self.column.addWidget(self.sliders)
+        settings = QWidget(self)
+        column_layout(*self._boxes.values(), self._command_buttons(), self.sliders, parent=settings)
+        state = self._state_part()
+        self._parts = chooser, state, settings  # without the link, which opens a scene at any time
+        for part in (chooser, self._difference, state, settings):
+            self.column.addWidget(part)
         self.show_settings(self.settings)
 
     @property
@@ -379,7 +386,8 @@ class ControllerPanel(Panel):
         return can_restart_task(self.settings)
 
     def set_editable(self, *, editable: bool) -> None:
-        self.setEnabled(editable)
+        for part in self._parts:
+            part.setEnabled(editable)
 
     def show_prepared(self, prepared: PreparedScene) -> None:
         """Use the gains of another scene as defaults."""
@@ -455,21 +463,22 @@ class ControllerPanel(Panel):
 
     # Construction.
 
-    def _add_state(self) -> None:
-        self._difference = self._fixed_caption("controller-difference", _DIFFERENCE_LINES)
-        self._difference.linkActivated.connect(self.scene_requested)
+    def _state_part(self) -> QWidget:
         self._state = make(QLabel, self, objectName="task-state", wordWrap=True, alignment=Qt.AlignmentFlag.AlignTop)
         self._state.setFixedHeight(_LINES * self._state.fontMetrics().lineSpacing() + 2)
         self._why = LimitStatusLine(self)
-        for part in (self._state, self._why):
-            self.column.addWidget(part)
         self._energy = value_label("", self, right=True, objectName="energy")
-        self._energy_name = add_fact(self.grid(), 0, "Net energy output", _ENERGY_TIP, self._energy)
+        grid = make(QGridLayout, horizontalSpacing=12)
+        self._energy_name = add_fact(grid, 0, "Net energy output", _ENERGY_TIP, self._energy)
         self._response = self._fixed_caption("step-response", _LINES)
         self._response.setToolTip(_STEP_TIP)
+        part = QWidget(self)
+        column_layout(self._state, self._why, grid, self._response, parent=part)
+        return part
 
     def _fixed_caption(self, name: str, lines: int) -> QLabel:
-        label = self.caption(name=name)
+        label = caption_label(self, name)
+        label.setMinimumWidth(1)
         label.setFixedHeight(lines * label.fontMetrics().lineSpacing() + 2)
         label.setAlignment(Qt.AlignmentFlag.AlignTop)
         return label
@@ -503,7 +512,6 @@ class ControllerPanel(Panel):
         box = make(FlatComboBox, self, objectName=f"choice-{name}", accessibleName=tip, toolTip=tip)
         add_items(box, ((text, value, "") for value, text in words.items()))
         box.activated.connect(partial(self._on_choice_made, name))
-        self.column.addWidget(box)
         return box
 
     def _on_choice_made(self, name: str, index: int) -> None:

@@ -80,7 +80,6 @@ class ComparisonPresenter(Presenter):
         self._refresh()
         occasion = board.stimulus.occasion
         if occasion is None:
-            board.show_failed("No stimulus to compare controllers on: open a robot, or choose a recording.")
             return
         task = self._panel.settings
         contenders = tuple(replace(one, settings=with_controller(task, one.settings)) for one in board.contenders)
