@@ -9,7 +9,7 @@ import pytest
 
 from tactile_maps.core.errors import SceneError
 from tactile_maps.scene.objects import ObjectSpec
-from tactile_maps.scene.scene import Scene, whole_steps, with_override
+from tactile_maps.scene.scene import Scene, whole_steps, with_effects, with_override
 from tactile_maps.skin.fitting.cover import CoverSpec
 from tactile_maps.stimuli.stimulus_kinds import Poke
 from tactile_maps.tactile.sensors.sensor_effects import Noise
@@ -87,6 +87,25 @@ def test_override_replaces_the_rule_until_it_is_removed():
     assert with_override(again, "noise", "auto") == SCENE
     with pytest.raises(SceneError, match="friction"):
         with_override(SCENE, "friction", "sticky")
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        replace(SCENE, task="view"),
+        replace(SCENE, outputs=("readings", "shear", "pressure_shape", "joint_torque"), objects=(BALL,), tick=0.004),
+        replace(SCENE, overrides={"noise": {"sd": 3.0}, "dead_taxels": "on", "timestep": 0.0005}),
+    ],
+    ids=["fewer", "more", "overrides"],
+)
+def test_scene_with_effects_of_another_one_keeps_them_when_its_controller_changes(other):
+    assert other.effects != SCENE.effects
+    scene = with_effects(SCENE, other.effects)
+    assert scene.effects == other.effects
+    assert scene.overrides
+    assert with_effects(scene, other.effects) is scene
+    touching = with_effects(replace(scene, control={"controller": "hold_force"}), other.effects)
+    assert touching.effects == other.effects
 
 
 def test_decision_contains_warnings():

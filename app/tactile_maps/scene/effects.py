@@ -160,6 +160,12 @@ class EffectEntry:
             return self._effect(numbers) if override == "on" or isinstance(override, Mapping) else None
         return override == "on" if self.words == _SWITCH else override
 
+    def override(self, value: Any) -> Override:
+        """Return the override that results in a value of ``Effects`` or ``SensorEffects``; the inverse of ``value``."""
+        if self.of_sensor and value is not None:
+            return dict(value.options) if self.plug_in is not None else asdict(value)
+        return self.word(value) if self.of_sensor or self.words else float(value)
+
     def word(self, value: Any) -> str:
         """Return the word of a value of ``Effects``, or its number with the unit."""
         if self.of_sensor:

@@ -11,7 +11,7 @@ from typing import Any, TypeAlias
 from tactile_maps.core.arrays import set_fields
 from tactile_maps.core.errors import SceneError, check_names, did_you_mean
 from tactile_maps.scene.effect_decision import EffectDecision, decide_effects
-from tactile_maps.scene.effects import Effects, Override, effect_entry
+from tactile_maps.scene.effects import EFFECTS, Effects, Override, effect_entry
 from tactile_maps.scene.motion import Waypoint
 from tactile_maps.scene.objects import ObjectSpec
 from tactile_maps.scene.tasks import OUTPUTS, SHEAR_SETTINGS, SLIP_EVENTS, TASKS, Needs
@@ -197,6 +197,15 @@ def with_override(scene: Scene, key: str, override: Override) -> Scene:
         SceneError: The effect is unknown, or the value is not possible.
     """
     return replace(scene, overrides={**scene.overrides, key: override})
+
+
+def with_effects(scene: Scene, effects: Effects) -> Scene:
+    """Return the scene with an override of each effect that it would otherwise decide differently from ``effects``."""
+    for key, entry in EFFECTS.items():  # the decision about an effect may depend on those before it
+        value = entry.value_in(effects)
+        if entry.value_in(scene.effects) != value:
+            scene = with_override(scene, key, entry.override(value))
+    return scene
 
 
 def with_package_roots(scene: Scene, roots: Sequence[str]) -> Scene:

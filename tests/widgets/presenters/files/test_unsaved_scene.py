@@ -194,6 +194,23 @@ def test_contact_threshold_and_effects_are_saved_and_restored_after_a_crash(wind
     assert window.presenters.map_files.unsaved == ()
 
 
+def test_saved_scene_has_the_effects_that_ran_although_its_controller_would_need_others(
+    window, prepared, saving, tmp_path
+):
+    """The effects of a running session do not change with its controller; those that a scene file decides do."""
+    without_touch = replace(prepared.scene, task="view", outputs=("posture",))
+    window.live.show_prepared(replace(prepared, scene=without_touch))
+    before = window.live.run.settings.effects
+    assert before.skin == "off"
+    window.column["controller"].choose_controller("parallel")
+    run(window, 0.02)
+    assert window.live.run.settings.effects == before
+    window.action("save_scene").trigger()
+    scene = load_scene(str(next(tmp_path.glob("*.toml"))))
+    assert settings_from(scene.control) == made(window)
+    assert scene.effects == before
+
+
 def test_saving_before_another_robot_saves_skin_path_and_map(window, saving, tmp_path, qtbot):
     place_grid(window)
     draw_path(window, (5, 12, 20))

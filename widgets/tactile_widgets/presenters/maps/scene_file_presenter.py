@@ -17,7 +17,7 @@ from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.core.errors import SceneError
 from tactile_maps.core.files import read_bounded_text, write_atomically
 from tactile_maps.scene.effects import Effects, Override
-from tactile_maps.scene.scene import Scene
+from tactile_maps.scene.scene import Scene, with_effects
 from tactile_maps.scene.scene_file import MOST_BYTES, scene_from_toml, scene_in_folder, scene_to_toml
 from tactile_maps.session.prepare import PreparedScene
 from tactile_maps.session.runtime_settings import RuntimeSettings
@@ -146,7 +146,7 @@ class SceneFilePresenter(Presenter):
             scene = replace(scene, behaviours=behaviours_to(made.behaviours))
         if reading_from(scene.reading) != made.reading:
             scene = replace(scene, reading=reading_values(made.reading))
-        return scene
+        return with_effects(scene, made.effects)  # the effects that a scene decides depend on its controller
 
     def restore(self, scene: Scene) -> None:
         """Restore the settings of a scene that were not saved."""
