@@ -99,6 +99,22 @@ def test_folder_of_recordings_can_be_typed(window, dialog, tmp_path, monkeypatch
     assert dialog.folder.text() == before
 
 
+def test_folder_in_which_no_file_can_be_created_is_rejected(window, dialog, choose_file):
+    """The message of the dialog and of a recording names the remedy."""
+    before = dialog.folder.text()
+    choose_file("choose_folder", "/proc")
+    left_click(dialog.choose)
+    remedy = "Choose another folder of recordings in Edit > Preferences."
+    expected = f"/proc: no recording can be written to this folder. {remedy}"
+    assert window.notification_bar.text == expected
+    assert dialog.folder.text() == before
+    window.notification_bar.clear()
+    window.presenters.preferences.use(Preferences(recordings="/proc"))  # of a version that did not check it
+    window.action("record").trigger()
+    assert window.notification_bar.text == expected
+    assert window.live.recording.recorder is None
+
+
 def test_preferences_act_are_stored_and_restored(window, dialog, tmp_path, monkeypatch, choose_file):
     chosen = tmp_path / "elsewhere"
     chosen.mkdir()

@@ -66,16 +66,15 @@ class PreferencesPresenter(Presenter):
 
     def _choose_folder(self) -> None:
         folder = self._context.dialogs.open_folder("Folder of recordings")
-        if folder:
-            self._use_folder(folder)
+        if folder and self._enter_folder(folder):
             self._context.dialogs.remember_opened(folder)
 
-    def _enter_folder(self, text: str) -> None:
-        """Use a folder that was typed, which is made if it does not exist; show the current one if that fails."""
+    def _enter_folder(self, text: str) -> bool:
+        """Use a folder, which is made if it does not exist; return False and show the current one if that fails."""
         folder = Path(text).expanduser()
         if not text:
             self._use_folder("")
-            return
+            return True
         try:
             if not folder.is_absolute():
                 raise RecordingError(
@@ -85,9 +84,10 @@ class PreferencesPresenter(Presenter):
         except TactileMapsError as error:
             self._notifier.fault(str(error), of="preferences")
             self._use_folder(self._context.settings.preferences.recordings)
-        else:
-            self._notifier.succeed("preferences")
-            self._use_folder(str(folder))
+            return False
+        self._notifier.succeed("preferences")
+        self._use_folder(str(folder))
+        return True
 
     def _use_folder(self, folder: str) -> None:
         if self.dialog is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import shutil
 import threading
 import time
@@ -11,6 +12,7 @@ from pathlib import Path
 from queue import SimpleQueue
 
 from tactile_maps.core.errors import RecordingError, TactileMapsError
+from tactile_maps.core.files import try_writing
 from tactile_maps.recording.encoding.annotations import Mark
 from tactile_maps.recording.recorder import Recorder
 from tactile_maps.session.frame import Frame
@@ -239,17 +241,20 @@ class InlineRecordingWriter(RecordingWriter):
 
 
 def make_recording_folder(folder: Path) -> None:
-    """Create the folder of recordings.
+    """Create the folder of recordings, and check that a file can be written there.
 
     Raises:
-        RecordingError: The folder cannot be created.
+        RecordingError: The folder cannot be created, or no file can be written there.
     """
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        try_writing(folder)
     except OSError as error:
+        full = error.errno in (errno.ENOSPC, errno.EDQUOT)
+        choose = "another folder of recordings in Edit > Preferences"
         raise RecordingError(
-            "recordings cannot be kept there",
+            "no recording can be written to this folder",
             file=folder,
-            value=error.strerror,
-            remedy="Free space or make the folder writable",
+            # A file system like /proc reports that the new file does not exist, which explains nothing.
+            value=None if error.errno == errno.ENOENT else error.strerror,
+            remedy=f"Free space, or choose {choose}" if full else f"Choose {choose}",
         ) from error
