@@ -41,9 +41,17 @@ def test_each_episode_is_written_as_a_part(source, tmp_path, capsys):
 
 @pytest.mark.parametrize(
     ("words", "status"),
-    [(["--episodes", "--to", "1"], 2), (["--from", "2", "--to", "1"], 2), (["--from", "90"], 1)],
+    [(["--episodes", "--to", "1"], 2), (["--from", "2", "--to", "1"], 2)],
 )
 def test_invalid_options_are_rejected(source, tmp_path, words, status, capsys):
     assert run_command(["trim", source, "-o", str(tmp_path / "x.mcap"), *words], windows={}) == status
     assert capsys.readouterr().err
+    assert not (tmp_path / "x.mcap").exists()
+
+
+def test_part_after_the_end_is_rejected_with_the_possible_range(source, tmp_path, capsys):
+    assert run_command(["trim", source, "-o", str(tmp_path / "x.mcap"), "--from", "90"], windows={}) == 1
+    duration = f"{RecordingPlayer(source).duration:.2f}"
+    (line,) = [line for line in capsys.readouterr().err.splitlines() if "90 s" in line]
+    assert f"which is {duration} s long (found: 90 s). Give --from a time from 0 to {duration}." in line
     assert not (tmp_path / "x.mcap").exists()

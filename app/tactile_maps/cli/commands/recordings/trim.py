@@ -48,8 +48,9 @@ def _row(one: TrimResult) -> dict[str, object]:
 
 def _part(player: RecordingPlayer, arguments: argparse.Namespace) -> TrimResult:
     if arguments.start > player.duration:
-        remedy = f"It is {player.duration:.2f} s long"
-        raise RecordingError("the part begins after the end", value=f"{arguments.start:g} s", remedy=remedy)
+        problem = f"--from is after the end of the recording, which is {player.duration:.2f} s long"
+        remedy = f"Give --from a time from 0 to {player.duration:.2f}"
+        raise RecordingError(problem, file=player.path, value=f"{arguments.start:g} s", remedy=remedy)
     first = player.tick_at(arguments.start)
     last = None if arguments.end is None else player.tick_at(arguments.end)
     return trim(player.path, arguments.output, first=first, last=last, overwrite=arguments.overwrite)
