@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import Any, TypeVar
 
-from PySide6.QtCore import QObject, QSize, Qt, SignalInstance
+from PySide6.QtCore import QEvent, QObject, QSize, Qt, SignalInstance
 from PySide6.QtGui import QAction, QFont, QPainter, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import (
     QBoxLayout,
@@ -75,6 +75,20 @@ def push_button(
 def caption_label(parent: QWidget, name: str = "", text: str = "") -> QLabel:
     """Construct a label for small, quiet text that wraps."""
     return make(QLabel, text, parent, objectName=name, role="caption", wordWrap=True)
+
+
+class RichLabel(QLabel):
+    """Label of rich text whose links and ``palette(...)`` colours follow the theme.
+
+    Qt reads these colours from the palette of the application only when the text is set.
+    """
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.PaletteChange:
+            text = self.text()
+            self.clear()  # the same text would not be read again
+            self.setText(text)
 
 
 def value_label(text: str, parent: QWidget, *, right: bool = False, **settings: Any) -> QLabel:

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
+from PySide6.QtGui import QColor
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLabel, QPushButton
 
@@ -361,13 +362,39 @@ def test_each_state_has_its_own_shape(line):
 
 @pytest.mark.long
 def test_ended_limit_is_drawn_weaker_than_an_active_one(line):
-    apply_theme(QApplication.instance(), LIGHT)
-    try:
-        line.show_limits((ShownLimit(A, True), ShownLimit(B, False)))
-        assert f'<span style="color:{LIGHT.quiet}">joint speed</span>' in line._words.text()
-        assert "<span" not in line._words.text().split("joint speed<")[0].split(";")[0]
-    finally:
-        apply_theme(QApplication.instance(), DARK)
+    line.show_limits((ShownLimit(A, True), ShownLimit(B, False)))
+    assert '<span style="color:palette(placeholder-text)">joint speed</span>' in line._words.text()
+    assert "<span" not in line._words.text().split("joint speed<")[0].split(";")[0]
+
+
+def picture_in(theme, widget):
+    apply_theme(QApplication.instance(), theme)
+    QApplication.processEvents()
+    return pixels(widget.grab().toImage())
+
+
+@pytest.fixture
+def dark_theme():
+    yield
+    apply_theme(QApplication.instance(), DARK)
+
+
+def test_link_follows_the_theme(panel, dark_theme):
+    for theme, other in ((LIGHT, DARK), (DARK, LIGHT), (LIGHT, DARK)):
+        picture = picture_in(theme, panel.findChild(QLabel, "controller-difference"))
+        colours = {QColor(*pixel).name() for row in picture.tolist() for pixel in row}
+        assert theme.link in colours, "its underline"
+        assert other.link not in colours
+
+
+def test_ended_limit_follows_the_theme(line, dark_theme):
+    line.show_limits((ShownLimit(B, False),))
+    dark = picture_in(DARK, line._words)
+    after = picture_in(LIGHT, line._words)
+    line.show_limits(())
+    line.show_limits((ShownLimit(B, False),))
+    np.testing.assert_array_equal(after, picture_in(LIGHT, line._words))
+    np.testing.assert_array_equal(dark, picture_in(DARK, line._words))
 
 
 def test_rows_below_do_not_move_when_limits_appear_and_disappear(line):

@@ -36,10 +36,10 @@ from tactile_widgets.common.controller_settings import (
     settings_by_controller,
 )
 from tactile_widgets.common.make import (
+    RichLabel,
     add_fact,
     add_items,
     button_grid,
-    caption_label,
     column_layout,
     make,
     push_button,
@@ -231,7 +231,7 @@ class LimitStatusLine(QWidget):
         self.setObjectName("why-limited")
         self._sign = _LimitIcon(self)
         self._words = make(
-            QLabel, self, wordWrap=True, textFormat=Qt.TextFormat.RichText, alignment=Qt.AlignmentFlag.AlignTop
+            RichLabel, self, wordWrap=True, textFormat=Qt.TextFormat.RichText, alignment=Qt.AlignmentFlag.AlignTop
         )
         line = row_layout(self._sign, self._words, parent=self, stretch=self._words)
         line.setAlignment(self._sign, Qt.AlignmentFlag.AlignTop)
@@ -263,8 +263,7 @@ class LimitStatusLine(QWidget):
         stopped = state is LimitState.STOPPED
         head = head or ("" if stopped else state.value + (": " if now or ended else ""))
         active = [escape(capitalized(words) if stopped else words) for words in now]
-        quiet = self.palette().color(QPalette.ColorRole.PlaceholderText).name()
-        faded = [f'<span style="color:{quiet}">{escape(words)}</span>' for words in ended]
+        faded = [f'<span style="color:palette(placeholder-text)">{escape(words)}</span>' for words in ended]
         said = (head, *(words.replace(_GAIN_UNIT, _UNBROKEN_GAIN_UNIT) for words in active + faded))
         if said != self._said:
             self._said = said
@@ -477,8 +476,7 @@ class ControllerPanel(Panel):
         return part
 
     def _fixed_caption(self, name: str, lines: int) -> QLabel:
-        label = caption_label(self, name)
-        label.setMinimumWidth(1)
+        label = make(RichLabel, self, objectName=name, role="caption", wordWrap=True, minimumWidth=1)
         label.setFixedHeight(lines * label.fontMetrics().lineSpacing() + 2)
         label.setAlignment(Qt.AlignmentFlag.AlignTop)
         return label
@@ -486,8 +484,7 @@ class ControllerPanel(Panel):
     def _show_difference(self, controller: str) -> None:
         """Show the difference of a controller, with a link to the scene that shows it."""
         scene = CONTROLLER_SCENES.get(controller)
-        colour = self.palette().color(QPalette.ColorRole.Link).name()
-        link = "" if scene is None else f' <a style="color:{colour}" href="{scene}">Show in its scene</a>'
+        link = "" if scene is None else f' <a href="{scene}">Show in its scene</a>'
         _set_text(self._difference, f"{escape(CONTROLLERS[controller].tip)}.{link}")
 
     def _controller_button(self, controller: str) -> QPushButton:
