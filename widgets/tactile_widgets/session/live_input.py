@@ -26,6 +26,7 @@ from tactile_maps.live.prepare import as_measured
 from tactile_maps.live.session.connection import Connection, ConnectionStatus
 from tactile_maps.live.session.facts import MeasuredFacts, silent_text, swapped_texts
 from tactile_maps.live.session.measured_session import MeasuredSession, ReadingLevels
+from tactile_maps.live.session.reading_gap import GapWatch, ReadingGap
 from tactile_maps.live.sources.open import SourceOptions, open_source
 from tactile_maps.session.frame import Frame
 from tactile_maps.session.inputs import MapEdited
@@ -113,6 +114,7 @@ class LiveInput:
         if not source.slow:
             self.connection.open()  # a slow source is opened on the thread, which reports failures
         self._runner: SessionRunner | None = None
+        self._gaps = GapWatch()
         self._check: SkinCheck | None = None
         self._watching = ExitStack()
         clock = settings.options.clock
@@ -140,6 +142,15 @@ class LiveInput:
         with self._runner.lock:
             facts = self.session.facts
         return facts, tuple(silent_text(self.session.prepared.skin, one) for one in facts.silent)
+
+    @property
+    def age(self) -> float:
+        """Time since the newest used reading arrived [s]; infinite before the first."""
+        return self.settings.options.clock() - self.session.heard.arrived
+
+    def gap(self, status: ConnectionStatus, facts: MeasuredFacts) -> ReadingGap | None:
+        """Return the current gap in the readings; None while readings are used."""
+        return self._gaps.find(status, facts, self.age)
 
     def levels(self) -> tuple[ReadingLevels, ReadingUnits]:
         """Return the newest readings with the thresholds and noise of the taxels, and their units."""

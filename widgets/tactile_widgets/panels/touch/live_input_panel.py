@@ -12,6 +12,7 @@ from tactile_maps.core.errors import counted, names_text
 from tactile_maps.live.calibration.calibration import ValueMode
 from tactile_maps.live.session.connection import ConnectionState, ConnectionStatus, refused_text
 from tactile_maps.live.session.facts import MeasuredFacts, few_heard
+from tactile_maps.live.session.reading_gap import ReadingGap
 from tactile_widgets.common.colours import Theme
 from tactile_widgets.common.make import ElidedLabel, add_fact, caption_label, make, push_button, row_layout
 from tactile_widgets.common.note_list import Note, NoteList
@@ -63,6 +64,8 @@ class LiveInputPanel(ConnectedPanel):
     """Contact settings entered by the user."""
     rate_changed = Signal(float)
     """Readings per second [Hz], emitted a few times per second."""
+    gap_reported = Signal(object)
+    """ReadingGap, or None while readings are used; emitted a few times per second."""
     channels_listed = Signal(QWidget)
     """The user lists the channels that do not work, in this part of the panel."""
     calibration_file_requested = Signal()
@@ -149,7 +152,9 @@ class LiveInputPanel(ConnectedPanel):
         if self.distribution.isVisible():
             self.distribution.show_levels(*self._input.levels())
         self._mode.setCurrentIndex(list(_MODES).index(facts.mode))
-        self._show_baseline(facts, over=status.state in (ConnectionState.ENDED, ConnectionState.FAILED))
+        gap = self._input.gap(status, facts)
+        self._show_baseline(facts, gap, over=status.state in (ConnectionState.ENDED, ConnectionState.FAILED))
+        self.gap_reported.emit(gap)
         self._inverted.setChecked(facts.inverted)
         self._inverted.setText("Yes" if facts.inverted else "No")
         _request(self._inverted, requested=facts.falling)
@@ -172,20 +177,24 @@ class LiveInputPanel(ConnectedPanel):
             self._notes.scrollToItem(self._notes.item(first), NoteList.ScrollHint.PositionAtTop)
             self.channels_listed.emit(self._notes)
 
-    def _show_baseline(self, facts: MeasuredFacts, *, over: bool) -> None:
+    def _show_baseline(self, facts: MeasuredFacts, gap: ReadingGap | None, *, over: bool) -> None:
         """Show whether the skin is tared, and draw attention to the button if it has to be.
 
         Args:
             facts: Facts about the readings.
+            gap: Gap in the readings, for which a tare waits; None while readings are used.
             over: Whether no more readings will arrive.
         """
-        text = _AWAITED if facts.awaits_tare else _TARING if facts.taring else "Tared." if facts.tared else "Not tared."
+        text = _TARING if facts.taring else _AWAITED if facts.awaits_tare else "Tared." if facts.tared else "Not tared."
         if over and (facts.taring or facts.awaits_tare):
             text = f"Not tared: the source ended after {counted(facts.readings, 'reading')}."
+        elif gap is not None and facts.taring:
+            text = f"The tare waits for readings: {gap.cause}."
         taring = facts.taring and not over
         self._baseline.setText(text)
+        self._baseline.setToolTip("" if gap is None else as_sentence(gap.reason))
         self._tare.setEnabled(not (facts.taring or over))
-        self._tare.setText("Taring…" if taring else "Tare")
+        self._tare.setText(("Taring…" if gap is None else "Waiting…") if taring else "Tare")
         _request(self._tare, requested=self._tare.isEnabled() and (facts.awaits_tare or bool(facts.held_in_tare)))
 
     def _on_tare_clicked(self) -> None:

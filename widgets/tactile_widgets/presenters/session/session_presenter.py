@@ -11,6 +11,7 @@ from PySide6.QtCore import QElapsedTimer, QTimer
 from PySide6.QtWidgets import QWidget
 
 from tactile_maps.core.errors import TactileMapsError, names_text
+from tactile_maps.live.session.reading_gap import GapCause, ReadingGap
 from tactile_maps.recording.file.damage import damage_text
 from tactile_maps.recording.player import RecordingPlayer
 from tactile_widgets.common.make import make
@@ -156,11 +157,13 @@ class LiveInputPresenter(Presenter):
         super().__init__(context, parent)
         self._map_files = map_files
         self.dialog: ConnectDialog | None = None
+        self._reported: GapCause | None = None  # cause of a gap in the readings
         context.actions.bind(connect=self.ask, disconnect=self._session.connection.close)
         panel = context.panels.get(LiveInputPanel)
         panel.disconnect_requested.connect(context.session.connection.close)
         panel.calibration_file_requested.connect(self._choose_calibration_file)
         panel.channels_listed.connect(partial(context.panels.reveal, panel))
+        panel.gap_reported.connect(self._on_gap_reported)
         context.panels.get(SkinCheckPanel).report_requested.connect(self._choose_report)
         context.session.connection.changed.connect(self._on_live_input_changed)
         context.session.mode_changed.connect(self._on_mode_changed)
@@ -210,6 +213,17 @@ class LiveInputPresenter(Presenter):
         if mode is not Mode.RUNNING:
             self._context.panels.get(RequestedMotionPanel).disarm()
 
+    def _on_gap_reported(self, gap: ReadingGap | None) -> None:
+        """Report why no readings are used, once for each cause until readings are used again."""
+        if gap is None:
+            if self._reported is not None:
+                self._notifier.succeed("live readings")
+            self._reported = None
+        elif gap.reason and gap.cause is not self._reported:
+            self._reported = gap.cause
+            self._notifier.fault(f"No readings, because {gap.cause}: {gap.reason}", of="live readings")
+
     def _on_live_input_changed(self, live: object) -> None:
+        self._reported = None
         if live is not None:
             self._context.panels.reveal(self._context.panels.get(LiveInputPanel))

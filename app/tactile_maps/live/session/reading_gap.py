@@ -1,0 +1,65 @@
+"""Gaps in the readings of a real skin: for how long no reading has been used, and why."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from tactile_maps.live.session.connection import SILENT_SECONDS, ConnectionState, ConnectionStatus
+from tactile_maps.live.session.facts import MeasuredFacts
+
+
+class GapCause(StrEnum):
+    """Cause of a gap, as the end of a sentence."""
+
+    SILENT = "none arrive"
+    REJECTED = "all packets are rejected"
+    BROKEN = "the source is not open"
+
+
+@dataclass(frozen=True)
+class ReadingGap:
+    """A gap in the readings that has not ended.
+
+    Attributes:
+        cause: Cause of the gap.
+        reason: Error of the source or of the newest rejected packet; empty if none is known.
+    """
+
+    cause: GapCause
+    reason: str = ""
+
+
+class GapWatch:
+    """Finds the gaps in the readings of one connection. Mutable: it stores the counts at the newest used reading."""
+
+    def __init__(self) -> None:
+        self._used = 0
+        self._malformed = 0
+        self._refused = 0
+
+    def find(self, status: ConnectionStatus, facts: MeasuredFacts, seconds: float) -> ReadingGap | None:
+        """Return the current gap; None while readings are used.
+
+        Args:
+            status: Status of the connection.
+            facts: Facts about its readings.
+            seconds: Time since the newest used reading [s]; infinite before the first.
+        """
+        malformed = status.counts.malformed
+        if facts.readings != self._used:
+            self._used = facts.readings
+            self._malformed = malformed
+            self._refused = facts.refused
+        state = status.state
+        if state in (ConnectionState.RECONNECTING, ConnectionState.FAILED):
+            return ReadingGap(GapCause.BROKEN, status.problem or "")
+        if state is ConnectionState.ENDED and facts.readings:
+            return None
+        if seconds >= SILENT_SECONDS:
+            if malformed > self._malformed and state is not ConnectionState.RECEIVING:
+                return ReadingGap(GapCause.REJECTED, status.malformed or "")
+            if facts.refused > self._refused:
+                return ReadingGap(GapCause.REJECTED, facts.problem or "")
+        silent = state in (ConnectionState.WAITING, ConnectionState.CLOSED)
+        return ReadingGap(GapCause.SILENT) if silent else None

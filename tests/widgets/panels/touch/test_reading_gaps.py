@@ -1,0 +1,116 @@
+"""Gaps in the readings of a real skin, received by UDP: message, panel and views state them until readings arrive."""
+
+from __future__ import annotations
+
+import socket
+
+import numpy as np
+import pytest
+from PySide6.QtWidgets import QApplication, QLabel, QPushButton
+
+from tactile_maps.live.readings.readings import Reading, Unit
+from tactile_maps.live.readings.wire_format import encode_binary
+from tactile_maps.live.sources.open import SourceOptions
+from tactile_widgets.panels.touch.live_input_panel import LiveInputPanel
+from tactile_widgets.session.live_input import LiveInputSettings
+from tests.support.simulated_clock import SimulatedClock
+from tests.widgets.support.mouse import left_click
+from tests.widgets.support.window_driver import run
+
+
+class Stream:
+    """A connected sender. Each packet takes 0.1 s of the connection's clock, after which the panel is refreshed."""
+
+    def __init__(self, window, sender):
+        self.window = window
+        self.clock = SimulatedClock()
+        window.live.connection.open(LiveInputSettings("udp://127.0.0.1:0", SourceOptions(clock=self.clock)))
+        self._address = ("127.0.0.1", window.live.live_input.connection.source.port)
+        self._sender = sender
+        self._number = 0
+        self.panel = window.column.get(LiveInputPanel)
+        self.wait(0.0)
+
+    def send(self, values, count=1):
+        for _ in range(count):
+            self._number += 1
+            reading = Reading(0.1 * self._number, np.asarray(values, float), Unit.COUNTS, sequence=self._number)
+            self.send_packet(encode_binary(reading))
+
+    def send_packet(self, packet):
+        self._sender.sendto(packet, self._address)
+        self.wait(0.1)
+
+    def wait(self, seconds):
+        self.clock.now += seconds
+        run(self.window, 0.1)
+        self.panel.refresh()
+
+    @property
+    def tare(self):
+        return self.panel.findChild(QPushButton, "live-tare")
+
+    @property
+    def baseline(self):
+        return self.panel.findChild(QLabel, "live-baseline").text()
+
+    @property
+    def messages(self):
+        return [message.text for message in self.window.notification_bar.messages]
+
+
+@pytest.fixture
+def stream(window_again):
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+        yield Stream(window_again, sender)
+    window_again.live.connection.close()
+    assert not any(message.fault for message in window_again.notification_bar.messages)
+
+
+@pytest.fixture
+def untouched(window_again):
+    return np.full(len(window_again.live.prepared.skin), 20.0)
+
+
+def test_rejected_packets_are_reported_until_readings_arrive(stream, untouched):
+    stream.window.resize(1366, 768)
+    for number in range(10):
+        stream.send_packet(f"no reading {number}".encode())
+    (message,) = stream.messages
+    assert message.startswith("No readings, because all packets are rejected: ")
+    bar = stream.window.notification_bar
+    QApplication.processEvents()
+    assert bar.isVisible()
+    assert bar.visibleRegion().boundingRect() == bar.rect(), "in view at this height"
+    bar.clear()
+    stream.send_packet(b"no reading either")
+    assert stream.messages == [], "reported once"
+    stream.send(untouched)
+    stream.wait(2.0)
+    assert stream.messages == [], "silence is no failure"
+    stream.send(untouched[:-7], 3)
+    (message,) = stream.messages
+    assert f"{len(untouched) - 7}" in message
+    stream.send(untouched)
+    assert stream.messages == []
+
+
+def test_rejected_packets_between_readings_are_not_reported(stream, untouched):
+    for _ in range(5):
+        stream.send(untouched)
+        stream.send_packet(b"no reading")
+    assert stream.messages == []
+
+
+def test_tare_without_readings_states_why_it_waits(stream, untouched):
+    left_click(stream.tare)
+    stream.wait(0.0)
+    assert (stream.tare.text(), stream.tare.isEnabled()) == ("Waiting…", False)
+    assert stream.baseline == "The tare waits for readings: none arrive."
+    stream.send_packet(b"no reading")
+    assert stream.baseline == "The tare waits for readings: all packets are rejected."
+    stream.send(untouched)
+    assert stream.tare.text() == "Taring…"
+    assert stream.baseline == "Leave the skin untouched while its baseline is measured."
+    stream.send(untouched, 49)
+    assert (stream.tare.text(), stream.baseline) == ("Tare", "Tared.")
