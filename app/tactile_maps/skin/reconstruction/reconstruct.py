@@ -259,6 +259,9 @@ def _split(surface: Mesh, feels: IntArray, pieces: list[tuple[IntArray, IntArray
     seat = np.empty(int(feels.max()) + 1, dtype=np.int64)
     seat[feels[at_taxel]] = at_taxel
     whole = taxels_at_barycentric(surface, seat, np.tile([1.0, 0.0, 0.0], (len(seat), 1)), feels)
+    if len(pieces) == 1:
+        yield surface, whole
+        return
     points = whole.quadrature
     piece_of = np.empty_like(seat)
     place = np.empty_like(seat)

@@ -65,11 +65,11 @@ def cut_cells(surface: Mesh, points: FloatArray, owner: IntArray) -> TaxelCells:
     felt = np.flatnonzero(owner >= 0)
     around = _owners_around(surface, owner, len(points))
     blocks = np.split(felt, range(_BLOCK, len(felt), _BLOCK))
-    cuts = [_cut_faces(surface, points, faces, around) for faces in blocks]
-    face = np.concatenate([cut.face for cut in cuts])
-    taxel = np.concatenate([cut.taxel for cut in cuts])
-    centres = np.concatenate([cut.centres for cut in cuts])
-    areas = np.concatenate([cut.areas for cut in cuts])
+    cut = _Cut.joined([_cut_faces(surface, points, faces, around) for faces in blocks])
+    face = cut.face
+    taxel = cut.taxel
+    centres = cut.centres
+    areas = cut.areas
     empty = np.bincount(taxel, minlength=len(points)) == 0
     if empty.any():
         shared = np.flatnonzero((owner >= 0) & empty[owner])
@@ -78,11 +78,11 @@ def cut_cells(surface: Mesh, points: FloatArray, owner: IntArray) -> TaxelCells:
         taxel = np.concatenate([taxel, owner[shared]])
         centres = np.concatenate([centres, surface.vertices[surface.faces[shared]].mean(axis=1)])
         areas = np.concatenate([areas, surface.face_areas[shared] / 2])
-    order = np.argsort(face, kind="stable")
-    quadrature = Quadrature(centres[order], surface.face_normals[face[order]], areas[order], taxel[order])
-    keys = _distinct([cut.pairs for cut in cuts])
-    one, other = np.divmod(keys, len(points))
-    both = (one < other) & np.isin(other * len(points) + one, keys)  # each reaches the plane between them
+        order = np.argsort(face, kind="stable")
+        face, taxel, centres, areas = face[order], taxel[order], centres[order], areas[order]
+    quadrature = Quadrature(centres, surface.face_normals[face], areas, taxel)
+    one, other = np.divmod(cut.pairs, len(points))
+    both = (one < other) & np.isin(other * len(points) + one, cut.pairs)  # each reaches the plane between them
     touching = np.stack([one[both], other[both]], axis=1)
     alone = np.bincount(touching.ravel(), minlength=len(points)) == 0
     if not alone.any():
@@ -112,7 +112,7 @@ class _Cut:
     """The parts of some faces: ``face`` (k,), ``taxel`` (k,), ``centres`` (k, 3) [m], ``areas`` (k,) [m^2].
 
     ``pairs`` (p,) are the pairs of taxels whose parts reach the plane between them: one taxel times n,
-    plus the other.
+    plus the other, ascending once joined.
     """
 
     face: IntArray
@@ -120,6 +120,17 @@ class _Cut:
     centres: FloatArray
     areas: FloatArray
     pairs: IntArray
+
+    @staticmethod
+    def joined(cuts: Sequence[_Cut]) -> _Cut:
+        """Return the parts of all cuts in their order, with each pair once."""
+        return _Cut(
+            np.concatenate([cut.face for cut in cuts]),
+            np.concatenate([cut.taxel for cut in cuts]),
+            np.concatenate([cut.centres for cut in cuts]),
+            np.concatenate([cut.areas for cut in cuts]),
+            _distinct([cut.pairs for cut in cuts]),
+        )
 
 
 def _cut_faces(surface: Mesh, points: FloatArray, faces: IntArray, around: csr_matrix) -> _Cut:
@@ -136,19 +147,16 @@ def _cut_faces(surface: Mesh, points: FloatArray, faces: IntArray, around: csr_m
         for some in np.split(parts, range(most, len(parts), most)):
             row, own = np.divmod(some, count)
             cuts.append(_cut_parts(faces[rows[row]], taxels[row], own, away[:, row], points))
-    face = np.concatenate([cut.face for cut in cuts])
-    taxel = np.concatenate([cut.taxel for cut in cuts])
-    felt = np.flatnonzero(surface.face_areas[face] > 0)
-    order = felt[np.argsort(face[felt], kind="stable")]  # taxels of a face are in ascending order already
-    face = face[order]
-    taxel = taxel[order]
-    shares = np.concatenate([cut.areas for cut in cuts])[order]
+    cut = _Cut.joined(cuts)
+    felt = np.flatnonzero(surface.face_areas[cut.face] > 0)
+    order = felt[np.argsort(cut.face[felt], kind="stable")]  # taxels of a face are in ascending order already
+    face = cut.face[order]
+    shares = cut.areas[order]
     row = np.searchsorted(faces, face)
     areas = shares * (surface.face_areas[faces] / np.maximum(np.bincount(row, shares, len(faces)), _LEAST_PART))[row]
     corners = surface.vertices[surface.faces[face]]
-    places = np.concatenate([cut.centres for cut in cuts])[order]
-    centres = corners[:, 0] + np.einsum("kc,kcd->kd", places, corners[:, 1:] - corners[:, :1])
-    return _Cut(face, taxel, centres, areas, _distinct([cut.pairs for cut in cuts]))
+    centres = corners[:, 0] + np.einsum("kc,kcd->kd", cut.centres[order], corners[:, 1:] - corners[:, :1])
+    return _Cut(face, cut.taxel[order], centres, areas, cut.pairs)
 
 
 def _cut_parts(face: IntArray, near: IntArray, own: IntArray, away: FloatArray, points: FloatArray) -> _Cut:
@@ -241,13 +249,15 @@ def _corners_of(surface: Mesh, faces: IntArray) -> csr_matrix:
 
 def _near_taxels(surface: Mesh, points: FloatArray, faces: IntArray, around: csr_matrix) -> csr_matrix:
     """Sparse (m, n) true where a taxel may be the nearest to a part of one of the ``faces`` (m,)."""
-    row, taxel = (_corners_of(surface, faces) @ around).nonzero()
+    found = (_corners_of(surface, faces) @ around).tocsr()
+    counts = np.diff(found.indptr)  # positive: the taxel that owns a face is near it
+    row = np.repeat(np.arange(len(faces)), counts)
+    taxel = found.indices
     corners = surface.vertices[surface.faces[faces]]
     centres = corners.mean(axis=1)
     reach = np.linalg.norm(corners - centres[:, None], axis=2).max(axis=1)
     away = np.linalg.norm(points[taxel] - centres[row], axis=1)
-    least = np.full(len(faces), np.inf)
-    np.minimum.at(least, row, away)
+    least = np.minimum.reduceat(away, found.indptr[:-1]) if len(faces) else away
     close = away <= (least + 2 * reach)[row] * (1 + _TOUCHING)
     return csr_matrix((np.ones(int(close.sum()), dtype=bool), (row[close], taxel[close])), (len(faces), len(points)))
 
