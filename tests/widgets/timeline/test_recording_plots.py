@@ -71,7 +71,7 @@ def test_peak_of_one_tick_in_ten_minutes_is_drawn_at_full_height(plots):
     top = 20 + int(np.argmax(bright[:, x - 2 : x + 3].any(axis=1)))
     # of the upper lane, for 10 N
     floor = 61
-    height = 55 / 1.3
+    height = 55 - 14
     assert top == pytest.approx(floor - 0.64 * height, abs=2)
     bright[:, x - 4 : x + 5] = False
     assert not bright[:, 60:].any(), "and nothing else is"
@@ -166,3 +166,25 @@ def test_second_recording_is_drawn_only_in_the_standard_lanes(plots):
     plots.show_overlaid(Overlaid(Curves(np.arange(10), values_with(np.ones(10))), 0, TICK, 0.0, "second"))
     plots.grab()
     assert len(plots.lanes) == 3
+
+
+def test_no_curve_crosses_a_title_of_many_low_lanes(plots):
+    """A force, a pressure and an error at the end of their axes in lanes of 34 px."""
+    values = np.full((100, len(CURVES)), np.nan)
+    pictures = []
+    for level in (0.6, 1.0):
+        values[:, [CURVES.index(name) for name in ("force", "peak", "error")]] = level * np.array([5.0, 5e3, 5e-3])
+        plots.show_curves(np.linspace(0, SECONDS, 100), values)
+        picture = plots.grab().toImage().convertToFormat(QImage.Format.Format_Grayscale8)
+        rows = np.frombuffer(picture.constBits(), np.uint8).reshape(picture.height(), picture.bytesPerLine())
+        pictures.append(rows.astype(int))
+    assert len(plots.lanes) == 3
+    low, high = pictures
+    left = round(plots.x_of(0.0))
+    height = (140 - 6 - 18 - 2 * 6) / 3
+    for number in range(3):
+        top = round(6 + number * (height + 6))
+        title = np.s_[top : top + 12, left + 4 : left + 150]
+        np.testing.assert_array_equal(high[title], low[title])
+        curve = np.s_[top + 12 : top + 18, left + 4 : left + 150]
+        assert (high[curve] != low[curve]).any()

@@ -22,8 +22,8 @@ LEFT = 52.0
 """Minimum space left of the lanes, for the numbers of their axes [px]."""
 _LEAST_SPAN = 0.02
 """Minimum range of an axis that need not include zero [unit]."""
-_HEADROOM = 1.3
-"""Ratio of lane height to curve height, so that the title fits."""
+_TITLE_PX = 14.0
+"""Height of the title above the curve [px]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +70,7 @@ def _axis(lane: Lane, values: FloatArray, box: QRectF) -> _Axis:
     else:
         low = 0.0
         high = nice_ceiling(max(most, lane.floor))
-    scale = box.height() / (_HEADROOM * (high - low))
+    scale = (box.height() - _TITLE_PX) / (high - low)
     return _Axis(float(low), float(high), box.bottom() + scale * float(low), scale)
 
 
