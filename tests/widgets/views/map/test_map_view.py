@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, QPointF, QRectF, Qt
-from PySide6.QtGui import QImage, QPainter
 from PySide6.QtTest import QTest
 
 from tactile_widgets.common.colours import PressureScale
@@ -157,8 +156,5 @@ def test_taxels_are_faint_points_while_the_whole_map_is_shown(view, prepared):
 
 def test_scale_bar_is_below_the_whole_map(view):
     room = QRectF(view.viewport().rect())
-    image = QImage(view.viewport().size(), QImage.Format.Format_RGB32)
-    painter = QPainter(image)
-    box = view._painter._paint_scale_bar(painter, 1000.0, room)
-    painter.end()
+    box, *_ = view._painter._scale(1000.0, room)
     assert room.bottom() - MARGIN_PX <= box.top() < box.bottom() < room.bottom()

@@ -350,11 +350,8 @@ class MapView(QGraphicsView):
         self._update_description()
 
     def _update_description(self) -> None:
-        """Describe the location under the pointer once per frame; the map shows it only for its own pointer."""
+        """Describe the location under the pointer once per frame."""
         words = self.words_for(self._described)
-        readout = "" if self.interaction.hover is None else words
-        if readout != self.marks.readout:
-            self._mark(replace(self.marks, readout=readout))
         if words != self._description:
             self._description = words
             self.readout_changed.emit(words)

@@ -25,7 +25,7 @@ LARGE_PIN_PX = 7.0
 EDGE = 12.0
 """Distance of captions from the view's edge [px]."""
 _LOWER_CAPTIONS = 52.0
-"""Height of scale bar, readout and slider along the lower edge [px]."""
+"""Height of scale bar and slider along the lower edge [px]."""
 _DASHES = [4.0, 2.5]
 _CAPTION_PX = 11
 

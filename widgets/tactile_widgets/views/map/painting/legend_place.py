@@ -19,7 +19,7 @@ _ACROSS = 8
 _DOWN = 6
 """Sample points of a legend."""
 _CAPTION = 34.0
-"""Height of other captions with their gap [px]: the chip upper left, scale and readout below."""
+"""Height of other captions with their gap [px]: the chip upper left, the scale below."""
 _GAP = 8.0
 """Between two legends, and between a legend and the map [px]."""
 _NAME = 16.0

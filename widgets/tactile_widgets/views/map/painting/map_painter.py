@@ -99,7 +99,6 @@ class MapMarks:
         contacts: Centres of pressure.
         fingers: Fingertips on the skin.
         hover: Location under the pointer in either view.
-        readout: Description of that location.
         replaying: Whether a recording is shown; marked by the word and a coloured edge.
         paused: Whether the session is paused; marked by the word.
         legend: Meaning of the background's colours.
@@ -113,7 +112,6 @@ class MapMarks:
     contacts: tuple[ContactMark, ...] = ()
     fingers: tuple[FingerMark, ...] = ()
     hover: QPointF | None = None
-    readout: str = ""
     replaying: bool = False
     paused: bool = False
     legend: BackgroundLegend | None = None
@@ -228,16 +226,14 @@ class MapPainter:
         return self._names.names(picture.shapes, view, room, legends, scale)
 
     def caption_boxes(self, marks: MapMarks, picture: MapCanvas, view: QTransform, room: QRectF) -> list[QRectF]:
-        """Return the boxes of all captions except those of contacts: names, state, scale bar, readout and legends."""
+        """Return the boxes of all captions except those of contacts: names, state, scale bar and legends."""
         names = self._name_chips(marks, picture, view, room)
         scale, *_ = self._scale(picture.shapes.frame.scale * view.m11(), room)
-        readout = self._readout_box(marks.readout, room, scale)
         legends = self._legends_of(marks, picture.shapes, room)
         return [
             *(box for box, _ in names),
             *self._state_boxes(marks),
             scale,
-            *([] if readout is None else [readout]),
             *(box for _, box in legends),
         ]
 
@@ -365,9 +361,7 @@ class MapPainter:
             _near(view.map(mark.at), hover, mark.ring(view) + 10.0) for mark in marks.contacts
         ):
             draw_cross(painter, hover, 4, 10, self._halo_and_accent())
-        scale_box = self._paint_scale_bar(painter, picture.shapes.frame.scale * view.m11(), room)
-        if marks.readout:
-            self._paint_readout(painter, marks.readout, room, scale_box)
+        self._paint_scale_bar(painter, picture.shapes.frame.scale * view.m11(), room)
         self._paint_legends(painter, marks, picture.shapes, room)
         counts = more_contacts(len(marks.contacts))
         paint_state(painter, room, self.theme, replaying=marks.replaying, paused=marks.paused, counts=counts)
@@ -417,7 +411,7 @@ class MapPainter:
 
     def _scale(self, pixels_per_metre: float, room: QRectF) -> tuple[QRectF, float, str]:
         """Return the box of the scale bar, the length of its line [px], and its text."""
-        longest = min(_LONGEST_SCALE, 0.2 * room.width())  # the readout next to it needs room too
+        longest = min(_LONGEST_SCALE, 0.2 * room.width())
         millimetres = nice_floor(longest / pixels_per_metre * 1e3)
         length = millimetres * 1e-3 * pixels_per_metre
         text = f"{millimetres:g}{THIN}mm"
@@ -426,8 +420,7 @@ class MapPainter:
         box = QRectF(EDGE, room.bottom() - _LOW_EDGE - height, length + metrics.horizontalAdvance(text) + 20, height)
         return box, length, text
 
-    def _paint_scale_bar(self, painter: QPainter, pixels_per_metre: float, room: QRectF) -> QRectF:
-        """Paint the scale bar and return its box."""
+    def _paint_scale_bar(self, painter: QPainter, pixels_per_metre: float, room: QRectF) -> None:
         box, length, text = self._scale(pixels_per_metre, room)
         paint_box(painter, box, self.theme.panel)
         left = box.left() + 6
@@ -436,19 +429,6 @@ class MapPainter:
         painter.drawPolyline([QPointF(left + x, bottom + y) for x, y in ((0, -5), (0, 0), (length, 0), (length, -5))])
         painter.setFont(self._caption)
         painter.drawText(QPointF(left + length + 8, bottom), text)
-        return box
-
-    def _readout_box(self, text: str, room: QRectF, scale_box: QRectF) -> QRectF | None:
-        """Return the box of the readout next to the scale bar; None without room for all of it."""
-        size = chip_size(text, self._caption)
-        left = room.right() - EDGE - size.width()
-        return QRectF(QPointF(left, scale_box.top()), size) if text and left > scale_box.right() + 8 else None
-
-    def _paint_readout(self, painter: QPainter, text: str, room: QRectF, scale_box: QRectF) -> None:
-        """Paint the readout if there is room for it; the status line has it too."""
-        chip = self._readout_box(text, room, scale_box)
-        if chip is not None:
-            paint_chip(painter, chip, text, self._caption, self.theme.text, self.theme.panel)
 
 
 def _near(one: QPointF, other: QPointF, distance: float = 20.0) -> bool:

@@ -73,7 +73,7 @@ class NamePlace:
             text = metrics.elidedText(patch.name, Qt.TextElideMode.ElideMiddle, max(box.width() + 16, 40))
             best = _usual(box, chip_size(text, self._font), room, legends)
             if box.top() >= MARGIN_PX - 1:  # above a patch that extends beyond the viewport is no place
-                best = _least_hiding(best, own, room, skin, taken, scale.top())
+                best = _least_hiding(best, own, room, skin, taken)
             taken.append(best)
             found.append((best, text))
         return found
@@ -129,19 +129,15 @@ def _usual(box: QRectF, size: QSizeF, room: QRectF, legends: Sequence[QRectF]) -
     return found
 
 
-def _least_hiding(
-    usual: QRectF, own: _Area, room: QRectF, skin: Sequence[_Area], taken: Sequence[QRectF], readout: float
-) -> QRectF:
+def _least_hiding(usual: QRectF, own: _Area, room: QRectF, skin: Sequence[_Area], taken: Sequence[QRectF]) -> QRectF:
     """Return the first place that hides nothing, or else the one that hides least skin.
 
     Places above a patch belong to it. Others must be nearer to it than to any other patch, or the name would be taken
-    for that one's. Places next to the scale bar, below ``readout``, are not used, because the readout hides them while
-    it is shown.
+    for that one's.
     """
     above = [usual, *_above(own.bounds, usual.size())]
     around = [*_around(own.bounds, usual.size())]
     places = [place for place in (*above, *around) if room.contains(place) and not any(map(place.intersects, taken))]
-    places = [place for place in places if place is usual or place.bottom() <= readout]
     free = (place for place in places if not any(_hits(place, skin)) and not _meets(place, skin))
     fit = (place for place in free if place in above or _belongs(place, own, skin))
     return next(fit, None) or min(
