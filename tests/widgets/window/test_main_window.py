@@ -19,7 +19,7 @@ from tactile_widgets.common.settings import BaseLayer
 from tactile_widgets.context.notification_bar import Message, MessageStack
 from tactile_widgets.tools.registry import ARRANGE
 from tests.widgets.support.mouse import left_click, left_press, left_release
-from tests.widgets.support.snapshots import check_picture
+from tests.widgets.support.snapshots import check_picture, pixels
 from tests.widgets.support.window_driver import blow_up, cancel, press_map, record_run, replay_run, run, visible_skin
 
 
@@ -109,7 +109,6 @@ def test_hints_cover_no_view_and_need_no_row(new_window, size):
     assert not bar.geometry().intersects(line.factor.geometry())
 
 
-@pytest.mark.long
 def test_hints_that_do_not_fit_are_omitted_instead_of_clipped(new_window):
     bar = new_window.hint_bar
 
@@ -122,9 +121,20 @@ def test_hints_that_do_not_fit_are_omitted_instead_of_clipped(new_window):
         assert all(bar.rect().contains(part.geometry()) for part in visible)
         return {part.objectName() for part in visible}
 
-    assert shown() == {"hint-1", "hint-2", "hint-3", "hint-tour", "hint-dismiss"}
+    whole = {"hint-1", "hint-2", "hint-3", "hint-tour", "hint-dismiss"}
+    assert shown() == whole
+    new_window.resize(1366, 768)
+    assert shown() == whole
+    places = [part.x() for part in bar.findChildren(QToolButton)]
+    new_window.loading_bar.show_progress("Preparing the map of the forearm", 0.4)
+    assert shown() == whole
+    assert [part.x() for part in bar.findChildren(QToolButton)] == places
+    new_window.loading_bar.clear()
     new_window.resize(900, 600)
-    assert shown() == {"hint-1", "hint-2", "hint-tour", "hint-dismiss"}
+    assert shown() == whole
+    new_window.loading_bar.show_progress("Preparing the map of the forearm", 0.4)
+    assert shown() == {"hint-tour", "hint-dismiss"}
+    new_window.loading_bar.clear()
     pixel = new_window.map_view.pixel_of(new_window.live.prepared.skin.taxel_point(20)).toPoint()
     QTest.mouseMove(new_window.map_view.viewport(), pixel + QPoint(2, 0))
     QTest.mouseMove(new_window.map_view.viewport(), pixel)
@@ -285,6 +295,19 @@ def test_readout_is_the_same_for_both_views(window):
     assert window.readout.text().split("·")[:2] == from_body.split("·")[:2]
     QTest.mouseMove(window.map_view.viewport(), QPoint(2, 2))
     assert window.readout.text() == ""
+
+
+def test_readout_is_shown_once(window):
+    """The status line shows it; nothing along the lower edge of the map changes."""
+    viewport = window.map_view.viewport()
+    low = viewport.rect().adjusted(0, viewport.height() - 40, 0, 0)
+    pixel = window.map_view.pixel_of(window.live.prepared.skin.taxel_point(20)).toPoint()
+    QApplication.processEvents()
+    before = pixels(viewport.grab(low).toImage())
+    QTest.mouseMove(viewport, pixel + QPoint(2, 0))
+    QTest.mouseMove(viewport, pixel)
+    assert "taxel 20" in window.readout.text()
+    np.testing.assert_array_equal(pixels(viewport.grab(low).toImage()), before)
 
 
 @pytest.mark.long

@@ -32,10 +32,11 @@ _TURNING = {
     NavigationStyle.BLENDER: "Middle-drag",
 }
 """Gesture that turns the view from any place in it."""
-_HINTS = ("Press skin or map: poke", "Tab Control: choose a controller")
+_HINTS = ("Press skin or map: poke", "Tab Control: controllers")
 """The most important actions in one line, after turning the view; the sheet of keys (F1) lists all."""
 _HINT_GAP = 8
-_TOUR_TIP = "Five steps to try in the window; also in Help > Take the tour"
+_HINT_MARGINS = (8, 0, 2, 0)
+_TOUR_TIP = "Take the tour: five steps to try in the window; also in Help > Take the tour"
 
 
 class FloatingBar(QWidget):
@@ -290,7 +291,8 @@ class HintBar(FloatingBar):
     """Hints for new users at the left of the status line; hidden once the skin is touched, or when dismissed.
 
     They are not over the views, because there they would hide the robot or the map, and take no row of their own. Where
-    not all of them fit, the last ones are left out; none is cut.
+    not all of them fit, the last ones are left out; none is cut. The buttons follow the hints, so that they do not move
+    when the room ends further left.
 
     Args:
         theme: Colours.
@@ -310,36 +312,34 @@ class HintBar(FloatingBar):
             QToolButton,
             self,
             objectName="hint-tour",
-            text="Take the tour",
+            text="Tour",
             toolTip=_TOUR_TIP,
             clicked=self.tour_requested,
         )
         close = make(QToolButton, self, objectName="hint-dismiss", text="Got it", clicked=self.dismissed)
-        row_layout(*self._labels, None, tour, close, parent=self, spacing=_HINT_GAP, margins=(8, 0, 2, 0))
+        row_layout(*self._labels, tour, close, None, parent=self, spacing=_HINT_GAP, margins=_HINT_MARGINS)
         self._parts = (close, tour, *self._labels)
         self.set_navigation(NavigationStyle.STANDARD)
         self.set_theme(theme)
 
     def set_navigation(self, style: NavigationStyle) -> None:
         """Set the mouse buttons that the hints name."""
-        texts = (f"{_TURNING[style]}: turn the view", *_HINTS)
+        texts = (f"{_TURNING[style]}: turn", *_HINTS)
         for number, (label, text) in enumerate(zip(self._labels, texts, strict=True), start=1):
             label.setText(f"{number}  {text}")
-        self._fit()
+        self.place()
 
     def place(self) -> None:
-        """Fill the parent to the left of the widgets that must not be covered."""
-        room = min((part.x() for part in self._clear if part.isVisible()), default=self._parent.width())
-        self.setGeometry(4, 2, room - 8, self._parent.height() - 4)
-        self._fit()
-        self.raise_()
-
-    def _fit(self) -> None:
-        """Show the buttons, and then as many hints as fit."""
-        room = self.contentsRect().width() - 2 * _HINT_GAP
+        """Show the buttons, and as many hints as fit to the left of the widgets that must not be covered."""
+        shown = (part for part in self._clear if part.isVisible())
+        kept = (part for part in shown if not isinstance(part, QLabel) or part.text())
+        room = min((part.x() for part in kept), default=self._parent.width()) - _HINT_GAP
+        needed = sum(_HINT_MARGINS)
         for part in self._parts:
-            room -= part.sizeHint().width() + _HINT_GAP
-            part.setVisible(room >= 0)
+            needed += part.sizeHint().width() + _HINT_GAP
+            part.setVisible(needed <= room)
+        self.setGeometry(4, 2, room, self._parent.height() - 4)
+        self.raise_()
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         if watched is self._parent and event.type() == QEvent.Type.LayoutRequest and self.isVisible():

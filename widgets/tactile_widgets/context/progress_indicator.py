@@ -24,10 +24,10 @@ class ProgressIndicator(QWidget):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setObjectName("loading-bar")
-        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Ignored)
+        self.setSizePolicy(QSizePolicy.Policy.Maximum, QSizePolicy.Policy.Ignored)
         self._parts = QWidget(self)
         self.text_label = ElidedLabel("loading-text", elided=Qt.TextElideMode.ElideMiddle)
-        self._progress = make(progress_bar, self, fixedWidth=120)
+        self._progress = make(progress_bar, self, fixedWidth=100)
         cancel = make(
             QToolButton,
             text="Cancel",
