@@ -13,6 +13,7 @@ from PySide6.QtWidgets import QApplication, QLineEdit, QPushButton
 from tactile_maps.core.errors import TactileMapsError
 from tactile_maps.session.session import Session
 from tactile_widgets.common.colours import DARK, LIGHT, PressureScale
+from tactile_widgets.views.overlays.painting import PAUSED, PRESENT, REPLAYING
 from tactile_widgets.views.robot.robot_view import RobotView
 from tests.widgets.support.layered_map_view import layered_map_view
 from tests.widgets.support.robot_view_driver import LEFT, MIDDLE, NONE, skin_pixel
@@ -226,12 +227,11 @@ def test_empty_view_has_no_pixel_to_poke(empty, prepared):
 def test_replay_is_marked_by_a_frame_and_pause_by_a_label(side):
     QTest.mouseMove(side.target, OFF_SKIN)
     running = side.picture()
-    side.shown.set_replaying(replaying=True)
+    side.shown.set_state(REPLAYING)
     assert (side.picture()[200, 1] != running[200, 1]).any()
-    side.shown.set_replaying(replaying=False)
-    side.shown.set_paused(paused=True)
+    side.shown.set_state(PAUSED)
     assert (side.picture() != running).any()
-    side.shown.set_paused(paused=False)
+    side.shown.set_state(PRESENT)
     np.testing.assert_array_equal(side.picture(), running)
 
 

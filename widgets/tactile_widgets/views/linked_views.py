@@ -31,6 +31,7 @@ from tactile_widgets.views.interaction.view_interaction import ViewInteraction
 from tactile_widgets.views.interaction.view_tool import PointedAt, ViewTool
 from tactile_widgets.views.layers import LAYERS, LayerSpec, at_first, body_layers, map_layers
 from tactile_widgets.views.map.map_view import MapView
+from tactile_widgets.views.overlays.painting import PAUSED, PRESENT, REPLAYING, ViewState
 from tactile_widgets.views.overlays.task_overlay_builder import TaskOverlayBuilder
 from tactile_widgets.views.robot.robot_view import RobotView
 
@@ -76,6 +77,9 @@ class LinkedViews(QWidget):
         self.overlays = at_first(layers)
         self._task = TaskOverlayBuilder()
         self.faults = NO_FAULTS
+        self._mode = Mode.EMPTY
+        self._gap = ""
+        self._state = PRESENT
         self._waiting: Frame | None = None
         self._map_ms = 0.0
         self._paced = False
@@ -199,9 +203,22 @@ class LinkedViews(QWidget):
 
     def show_mode(self, mode: Mode) -> None:
         """Mark both views as paused or replaying."""
-        for part in (self.robot.display, self.map):
-            part.set_replaying(replaying=mode is Mode.REPLAYING)
-            part.set_paused(paused=mode is Mode.PAUSED)
+        self._mode = mode
+        self._show_state()
+
+    def show_gap(self, text: str) -> None:
+        """Mark running views as old, because no readings of a real skin are used; an empty text ends that."""
+        self._gap = text
+        self._show_state()
+
+    def _show_state(self) -> None:
+        state = {Mode.PAUSED: PAUSED, Mode.REPLAYING: REPLAYING}.get(self._mode, PRESENT)
+        if self._gap and self._mode is Mode.RUNNING:
+            state = ViewState(self._gap, "warning")
+        if state != self._state:
+            self._state = state
+            for part in (self.robot.display, self.map):
+                part.set_state(state)
 
     def set_overlays(self, overlays: OverlayOptions) -> None:
         """Show the layers selected under View > Overlay in both views."""

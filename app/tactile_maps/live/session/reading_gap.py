@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
+from math import isinf
 
 from tactile_maps.live.session.connection import SILENT_SECONDS, ConnectionState, ConnectionStatus
 from tactile_maps.live.session.facts import MeasuredFacts
@@ -23,11 +24,23 @@ class ReadingGap:
 
     Attributes:
         cause: Cause of the gap.
+        seconds: Time since the newest used reading [s]; infinite before the first.
         reason: Error of the source or of the newest rejected packet; empty if none is known.
     """
 
     cause: GapCause
+    seconds: float
     reason: str = ""
+
+    @property
+    def words(self) -> str:
+        """The length of the gap, such as ``No readings for 3 s``."""
+        if isinf(self.seconds):
+            return "No readings yet"
+        minutes = int(self.seconds) // 60
+        hours = minutes // 60
+        length = f"{hours}\u202fh" if hours else f"{minutes}\u202fmin" if minutes else f"{int(self.seconds)}\u202fs"
+        return f"No readings for {length}"
 
 
 class GapWatch:
@@ -53,13 +66,13 @@ class GapWatch:
             self._refused = facts.refused
         state = status.state
         if state in (ConnectionState.RECONNECTING, ConnectionState.FAILED):
-            return ReadingGap(GapCause.BROKEN, status.problem or "")
+            return ReadingGap(GapCause.BROKEN, seconds, status.problem or "")
         if state is ConnectionState.ENDED and facts.readings:
             return None
         if seconds >= SILENT_SECONDS:
             if malformed > self._malformed and state is not ConnectionState.RECEIVING:
-                return ReadingGap(GapCause.REJECTED, status.malformed or "")
+                return ReadingGap(GapCause.REJECTED, seconds, status.malformed or "")
             if facts.refused > self._refused:
-                return ReadingGap(GapCause.REJECTED, facts.problem or "")
+                return ReadingGap(GapCause.REJECTED, seconds, facts.problem or "")
         silent = state in (ConnectionState.WAITING, ConnectionState.CLOSED)
-        return ReadingGap(GapCause.SILENT) if silent else None
+        return ReadingGap(GapCause.SILENT, seconds) if silent else None

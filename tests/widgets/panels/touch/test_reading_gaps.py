@@ -102,6 +102,36 @@ def test_rejected_packets_between_readings_are_not_reported(stream, untouched):
     assert stream.messages == []
 
 
+def test_views_state_the_age_of_the_readings_until_others_arrive(stream, untouched):
+    """At the upper left of both views, and by the edge of the map."""
+    views = stream.window.views
+
+    def shown():
+        (word,) = {views.map.marks.state, views.robot.display.overlay._captions.state}
+        corner = views.map.viewport().grab().toImage().pixelColor(2, 200).name()
+        return word.text, corner == stream.window.theme.warning
+
+    assert shown() == ("No readings yet", True)
+    stream.send(untouched)
+    assert shown() == ("", False)
+    stream.wait(0.5)
+    assert shown() == ("", False)
+    stream.wait(2.0)
+    assert shown() == ("No readings for 2\u202fs", True)
+    stream.window.live.set_paused(paused=True)
+    assert shown() == ("Paused", False)
+    stream.window.live.set_paused(paused=False)
+    stream.wait(200.0)
+    assert shown() == ("No readings for 3\u202fmin", True)
+    stream.wait(7200.0)
+    assert shown() == ("No readings for 2\u202fh", True)
+    stream.send(untouched)
+    assert shown() == ("", False)
+    stream.wait(2.0)
+    stream.window.live.connection.close()
+    assert shown() == ("", False)
+
+
 def test_tare_without_readings_states_why_it_waits(stream, untouched):
     left_click(stream.tare)
     stream.wait(0.0)

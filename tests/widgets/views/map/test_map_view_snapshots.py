@@ -7,6 +7,7 @@ from PySide6.QtGui import QFont
 
 from tactile_maps.editing.document import MapDocument
 from tactile_widgets.common.colours import DARK, LIGHT, PressureScale
+from tactile_widgets.views.overlays.painting import REPLAYING
 from tests.widgets.support.layered_map_view import layered_map_view
 from tests.widgets.support.samples import leaf_map, middle_taxel, touched
 from tests.widgets.support.snapshots import check_picture
@@ -38,6 +39,6 @@ def test_fitted_map_view_matches_its_snapshot(view, theme):
 
 def test_zoomed_map_view_in_a_replay_matches_its_snapshot(view):
     view.show()
-    view.set_replaying(replaying=True)
+    view.set_state(REPLAYING)
     view.zoom(3.0, view.pixel_of(leaf_map().skin.taxel_point(0)))
     check_picture(view, "map_view_zoomed")

@@ -9,16 +9,16 @@ from PySide6.QtGui import QImage, QPainter
 
 from tactile_widgets.common.colours import LIGHT
 from tactile_widgets.views.overlays.body_overlays import MarkRole
-from tactile_widgets.views.overlays.painting import draw_lines, paint_state, state_chips
+from tactile_widgets.views.overlays.painting import PAUSED, draw_lines, paint_state, state_chips
 
 
 def test_mode_has_more_contrast_than_counts(qapp):
     image = QImage(300, 60, QImage.Format.Format_ARGB32)
     image.fill(Qt.GlobalColor.white)
-    state = {"replaying": False, "paused": True, "counts": ["2 links hidden"]}
+    counts = ["2 links hidden"]
     painter = QPainter(image)
-    paint_state(painter, QRectF(image.rect()), LIGHT, **state)
-    boxes = [box.toRect() for box, _, _ in state_chips(painter.font(), **state)]
+    paint_state(painter, QRectF(image.rect()), LIGHT, PAUSED, counts)
+    boxes = [box.toRect() for box, _, _ in state_chips(painter.font(), PAUSED, counts)]
     painter.end()
     mode, counts = (
         min(image.pixelColor(x, y).lightness() for x in range(box.left(), box.right()) for y in range(20, 30))

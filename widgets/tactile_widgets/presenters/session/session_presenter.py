@@ -214,7 +214,8 @@ class LiveInputPresenter(Presenter):
             self._context.panels.get(RequestedMotionPanel).disarm()
 
     def _on_gap_reported(self, gap: ReadingGap | None) -> None:
-        """Report why no readings are used, once for each cause until readings are used again."""
+        """Mark the views as old, and report why no readings are used, once for each cause until readings are used."""
+        self._context.views.show_gap("" if gap is None else gap.words)
         if gap is None:
             if self._reported is not None:
                 self._notifier.succeed("live readings")
@@ -224,6 +225,8 @@ class LiveInputPresenter(Presenter):
             self._notifier.fault(f"No readings, because {gap.cause}: {gap.reason}", of="live readings")
 
     def _on_live_input_changed(self, live: object) -> None:
-        self._reported = None
         if live is not None:
             self._context.panels.reveal(self._context.panels.get(LiveInputPanel))
+        else:
+            self._reported = None
+            self._context.views.show_gap("")

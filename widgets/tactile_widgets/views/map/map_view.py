@@ -46,6 +46,7 @@ from tactile_widgets.views.map.items.map_canvas import MapCanvas, MapLayerFactor
 from tactile_widgets.views.map.items.map_coordinates import MapCamera, SceneTransform, nearest_taxel, readout_text
 from tactile_widgets.views.map.painting.map_painter import MapMarks, MapPainter, outlines
 from tactile_widgets.views.overlays.body_overlays import SkinTexture
+from tactile_widgets.views.overlays.painting import ViewState
 from tactile_widgets.views.overlays.placeholder_card import CardTexts, PlaceholderCard
 from tactile_widgets.views.overlays.task_overlay import NO_TASK, TaskOverlay
 
@@ -212,7 +213,7 @@ class MapView(QGraphicsView):
         self._hovered_at = None
         self._task = NO_TASK
         self._overlaid = ()
-        self.marks = MapMarks(paused=self.marks.paused, replaying=self.marks.replaying, legend=picture.legend)
+        self.marks = MapMarks(state=self.marks.state, legend=picture.legend)
         self.card.clear()
         previous = self.scene()
         self.setScene(scene)
@@ -301,13 +302,9 @@ class MapView(QGraphicsView):
             self._update_marks()
         self.viewport().update()
 
-    def set_replaying(self, *, replaying: bool) -> None:
-        """Set whether a recording is shown."""
-        self._mark(replace(self.marks, replaying=replaying))
-
-    def set_paused(self, *, paused: bool) -> None:
-        """Set whether the session is paused."""
-        self._mark(replace(self.marks, paused=paused))
+    def set_state(self, state: ViewState) -> None:
+        """Set the state that is marked."""
+        self._mark(replace(self.marks, state=state))
 
     @property
     def skin_texture(self) -> SkinTexture | None:

@@ -6,7 +6,8 @@ Marks have a dark or light rim, so that they contrast with the skin in any colou
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, Literal
 
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF, QSizeF, Qt
@@ -108,12 +109,28 @@ def paint_chip(
     painter.drawText(box, Qt.AlignmentFlag.AlignCenter, text)
 
 
-def state_chips(
-    font: QFont, *, replaying: bool, paused: bool, counts: Iterable[str] = ()
-) -> list[tuple[QRectF, str, QFont]]:
-    """Return the chips at the upper left of a view: replaying or paused, then ``counts``."""
+@dataclass(frozen=True)
+class ViewState:
+    """State of a view that does not show the present.
+
+    Attributes:
+        text: The state; empty if the view shows the present.
+        edge: Name of the theme's colour around the view; empty for none.
+    """
+
+    text: str = ""
+    edge: Literal["", "accent", "warning"] = ""
+
+
+PRESENT = ViewState()
+PAUSED = ViewState("Paused")
+REPLAYING = ViewState("Replaying", "accent")
+
+
+def state_chips(font: QFont, state: ViewState, counts: Iterable[str] = ()) -> list[tuple[QRectF, str, QFont]]:
+    """Return the chips at the upper left of a view: its state, then ``counts``."""
     caption, figure = caption_fonts(font)
-    mode = ["Replaying" if replaying else "Paused"] if replaying or paused else []
+    mode = [state.text] if state.text else []
     chips = []
     left = EDGE
     for text, own in (*((word, figure) for word in mode), *((word, caption) for word in counts)):
@@ -123,16 +140,14 @@ def state_chips(
     return chips
 
 
-def paint_state(
-    painter: QPainter, room: QRectF, theme: Theme, *, replaying: bool, paused: bool, counts: Iterable[str] = ()
-) -> None:
-    """Mark a view as replaying, by a coloured edge, and paint its ``state_chips``."""
-    if replaying:
-        pen = QPen(QColor(theme.accent), 3)
+def paint_state(painter: QPainter, room: QRectF, theme: Theme, state: ViewState, counts: Iterable[str] = ()) -> None:
+    """Paint the coloured edge and the ``state_chips`` of a view."""
+    if state.edge:
+        pen = QPen(QColor(getattr(theme, state.edge)), 3)
         pen.setJoinStyle(Qt.PenJoinStyle.MiterJoin)
         painter.setPen(pen)
         painter.drawRect(room.adjusted(1.5, 1.5, -1.5, -1.5))
-    for box, text, font in state_chips(painter.font(), replaying=replaying, paused=paused, counts=counts):
+    for box, text, font in state_chips(painter.font(), state, counts):
         quiet = font.pixelSize() <= _CAPTION_PX
         paint_chip(painter, box, text, font, theme.quiet if quiet else theme.text, theme.panel)
 

@@ -1,4 +1,4 @@
-"""Captions over the robot, painted by Qt: forces, scale of the arrows, orientation cube, replaying or paused.
+"""Captions over the robot, painted by Qt: forces, scale of the arrows, orientation cube, state.
 
 The cube in the corner shows the directions of x, y and z, and turns the view; its visible faces are found without Qt.
 """
@@ -21,6 +21,8 @@ from tactile_widgets.views.overlays.callouts import Callout, Spot, more_contacts
 from tactile_widgets.views.overlays.legend import Legend
 from tactile_widgets.views.overlays.painting import (
     EDGE,
+    PRESENT,
+    ViewState,
     caption_fonts,
     chip_size,
     paint_chip,
@@ -105,8 +107,7 @@ class Captions:
         forces: One for the arrow of each of the strongest contacts that is in front of the camera.
         legend: Meaning of the arrows' length.
         axes: (3, 3) rows right, up and forward of the picture; None before the first picture.
-        replaying: Whether a recording is shown; marked by the word and a coloured edge.
-        paused: Whether the session is paused; marked by the word.
+        state: State of the view, such as paused or replaying.
         hidden: Number of hidden links and objects.
         contacts: Number of contacts, of which the strongest have a caption.
         rubber_band: Outline of a selection gesture.
@@ -117,8 +118,7 @@ class Captions:
     forces: tuple[ForceCaption, ...] = ()
     legend: str = ""
     axes: FloatArray | None = field(default=None)
-    replaying: bool = False
-    paused: bool = False
+    state: ViewState = PRESENT
     hidden: int = 0
     contacts: int = 0
     rubber_band: RubberBand = field(default_factory=RubberBand)
@@ -178,7 +178,7 @@ class CaptionOverlay(QWidget):
             painter.save()
             self.tool.paint_body(painter, theme)
             painter.restore()
-        paint_state(painter, room, theme, replaying=shown.replaying, paused=shown.paused, counts=self._counts())
+        paint_state(painter, room, theme, shown.state, self._counts())
         painter.end()
 
     def _counts(self) -> tuple[str, ...]:
@@ -188,7 +188,7 @@ class CaptionOverlay(QWidget):
     def caption_boxes(self) -> list[QRectF]:
         """Return the boxes of all captions except those of forces, and of the cube and the control over the view."""
         shown = self._captions
-        state = state_chips(self.font(), replaying=shown.replaying, paused=shown.paused, counts=self._counts())
+        state = state_chips(self.font(), shown.state, self._counts())
         cube = QRectF(0, 0, 4 * CUBE, 4 * CUBE)
         cube.moveCenter(self._cube_middle())
         return [

@@ -24,6 +24,7 @@ from tactile_widgets.views.interaction.navigation import CameraMotion, zoom_by
 from tactile_widgets.views.interaction.select_gesture import RubberBand
 from tactile_widgets.views.overlays.body_overlays import NO_MARKS, SkinTexture, ToolMarks
 from tactile_widgets.views.overlays.callouts import LABELLED
+from tactile_widgets.views.overlays.painting import ViewState
 from tactile_widgets.views.overlays.task_overlay import NO_TASK, TaskOverlay
 from tactile_widgets.views.robot.actors.camera import Viewpoint, framing, look_from, orbit, pan, zoom
 from tactile_widgets.views.robot.actors.contact_marks import arrow_legend, ring_radius
@@ -208,13 +209,9 @@ class RobotDisplay(QObject):
         self.actors.set_scale(scale)
         self.request()
 
-    def set_replaying(self, *, replaying: bool) -> None:
-        """Set whether a recording is shown."""
-        self._show_captions(replace(self._captions, replaying=replaying))
-
-    def set_paused(self, *, paused: bool) -> None:
-        """Set whether the session is paused."""
-        self._show_captions(replace(self._captions, paused=paused))
+    def set_state(self, state: ViewState) -> None:
+        """Set the state that is marked."""
+        self._show_captions(replace(self._captions, state=state))
 
     def frame_all(self) -> None:
         """Fit the whole robot to the view, also after changes of the view's size."""

@@ -31,8 +31,10 @@ from tactile_widgets.views.overlays.legend import Legend
 from tactile_widgets.views.overlays.paint_cache import PaintCache
 from tactile_widgets.views.overlays.painting import (
     EDGE,
+    PRESENT,
     RIM,
     WHITE,
+    ViewState,
     caption_fonts,
     chip_size,
     draw_cross,
@@ -99,8 +101,7 @@ class MapMarks:
         contacts: Centres of pressure.
         fingers: Fingertips on the skin.
         hover: Location under the pointer in either view.
-        replaying: Whether a recording is shown; marked by the word and a coloured edge.
-        paused: Whether the session is paused; marked by the word.
+        state: State of the view, such as paused or replaying.
         legend: Meaning of the background's colours.
         layers: Legends of the layers.
         faults: Meaning of the marks on faulty taxels.
@@ -112,8 +113,7 @@ class MapMarks:
     contacts: tuple[ContactMark, ...] = ()
     fingers: tuple[FingerMark, ...] = ()
     hover: QPointF | None = None
-    replaying: bool = False
-    paused: bool = False
+    state: ViewState = PRESENT
     legend: BackgroundLegend | None = None
     layers: tuple[Legend, ...] = ()
     faults: FaultLegend = ()
@@ -364,7 +364,7 @@ class MapPainter:
         self._paint_scale_bar(painter, picture.shapes.frame.scale * view.m11(), room)
         self._paint_legends(painter, marks, picture.shapes, room)
         counts = more_contacts(len(marks.contacts))
-        paint_state(painter, room, self.theme, replaying=marks.replaying, paused=marks.paused, counts=counts)
+        paint_state(painter, room, self.theme, marks.state, counts)
 
     def framing(self, marks: MapMarks, shapes: MapShapes, room: QRectF, *, still: bool = False) -> MapCamera | None:
         """Return the camera with the whole map in view, which the legend of the background does not hide.
@@ -393,7 +393,7 @@ class MapPainter:
 
     def _state_boxes(self, marks: MapMarks) -> list[QRectF]:
         counts = more_contacts(len(marks.contacts))
-        chips = state_chips(self._caption, replaying=marks.replaying, paused=marks.paused, counts=counts)
+        chips = state_chips(self._caption, marks.state, counts)
         return [box for box, *_ in chips]
 
     def _paint_legends(self, painter: QPainter, marks: MapMarks, shapes: MapShapes, room: QRectF) -> None:
