@@ -563,6 +563,7 @@ EFFECTS: dict[str, Effect] = {
     "simulate_fingers": Effect(without_fingers, scene),
     "go_there": Effect(refused_posture, target_posture),
     "use_anyway": Effect(unsteady, scene),
+    "tare_again": Effect(measuring, lambda bench: bench.window.live.live_input.session.facts.taring),
     "quit": Effect(LIVE, windows),
 }
 

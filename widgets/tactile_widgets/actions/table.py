@@ -751,6 +751,7 @@ REMEDIES = (
     ),
     ActionSpec("go_there", "Move there", "", "Resume, and let the controller move the robot to the posture", can_pose),
     ActionSpec("use_anyway", "Use anyway", "", "Simulate in spite of the warning"),
+    ActionSpec("tare_again", "Tare again", "", "Use the next 50 readings as those of the untouched skin", measured),
 )
 """Actions that only messages offer."""
 

@@ -86,6 +86,7 @@ class Message:
         kept: Whether only its buttons, or ``MessageStack.withdraw``, remove the message.
         pending: Whether the message must still be shown, for example because its remedies are possible only now;
             None for a message that need not wait.
+        warning: Whether the message is about a doubtful result, which the same operation may correct.
     """
 
     text: str
@@ -95,11 +96,12 @@ class Message:
     of: str = ""
     kept: bool = False
     pending: Callable[[], bool] | None = None
+    warning: bool = False
 
     @property
     def leaves(self) -> bool:
-        """Whether the message leaves by itself: information does, failures and questions remain."""
-        return not (self.fault or self.kept) and self.dismiss == "Dismiss"
+        """Whether the message leaves by itself: information does; failures, warnings and questions remain."""
+        return not (self.fault or self.warning or self.kept) and self.dismiss == "Dismiss"
 
 
 class _Toast(QWidget):
@@ -146,7 +148,8 @@ class _Toast(QWidget):
         return make(QToolButton, self, objectName=name, toolButtonStyle=style, clicked=self.closed)
 
     def set_theme(self, theme: Theme) -> None:
-        edge = theme.fault if self.message.fault else theme.accent
+        message = self.message
+        edge = theme.fault if message.fault else theme.warning if message.warning else theme.accent
         self.setStyleSheet(
             f"#message-bar {{ background: {mixed(theme.panel, edge, 0.14)}; border: 1px solid {edge};"
             f" border-left: 4px solid {edge}; border-radius: 6px; }}"
@@ -156,8 +159,9 @@ class _Toast(QWidget):
 class MessageStack(FloatingBar):
     """Shows the newest messages at the lower right of its parent, the newest at the bottom.
 
-    Information leaves after ``READ_SECONDS`` unless the pointer is over it or it is pending. Failures leave when their
-    operation succeeds, or with ``forget_faults``. The oldest message leaves for a fourth one, information first.
+    Information leaves after ``READ_SECONDS`` unless the pointer is over it or it is pending. Failures and warnings
+    leave when their operation succeeds, or with ``forget_faults``. The oldest message leaves for a fourth one,
+    information first.
 
     Args:
         theme: Colours.
@@ -210,12 +214,12 @@ class MessageStack(FloatingBar):
         self._update()
 
     def succeed(self, of: str) -> None:
-        """Remove the failures of an operation, which succeeded now."""
-        self._remove(lambda message: message.fault and message.of == of)
+        """Remove the failures and warnings of an operation, which succeeded now."""
+        self._remove(lambda message: (message.fault or message.warning) and message.of == of)
 
     def forget_faults(self) -> None:
-        """Remove all failures, because they are outdated."""
-        self._remove(lambda message: message.fault)
+        """Remove all failures and warnings, because they are outdated."""
+        self._remove(lambda message: message.fault or message.warning)
 
     def withdraw(self) -> None:
         """Remove the messages that are kept."""

@@ -64,9 +64,10 @@ class Notifier(QObject):
         dismiss: str = "Dismiss",
         of: str = "",
         pending: Callable[[], bool] | None = None,
+        warning: bool = False,
     ) -> None:
         """Show a message over the views; see ``Message``."""
-        self._messages.show_message(Message(text, fault, remedies, dismiss, of, pending=pending))
+        self._messages.show_message(Message(text, fault, remedies, dismiss, of, pending=pending, warning=warning))
         self.message_shown.emit(text, fault)
 
     def offer(self, text: str, *, remedies: Sequence[QAction], dismiss: str) -> None:

@@ -1,4 +1,4 @@
-"""Gaps in the readings of a real skin, received by UDP: message, panel and views state them until readings arrive."""
+"""Readings of a real skin by UDP: gaps and doubtful tares are reported until readings or a better tare follow."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import socket
 
 import numpy as np
 import pytest
-from PySide6.QtWidgets import QApplication, QLabel, QPushButton
+from PySide6.QtWidgets import QApplication, QLabel, QPushButton, QWidget
 
 from tactile_maps.live.readings.readings import Reading, Unit
 from tactile_maps.live.readings.wire_format import encode_binary
@@ -15,7 +15,7 @@ from tactile_widgets.panels.touch.live_input_panel import LiveInputPanel
 from tactile_widgets.session.live_input import LiveInputSettings
 from tests.support.simulated_clock import SimulatedClock
 from tests.widgets.support.mouse import left_click
-from tests.widgets.support.window_driver import run
+from tests.widgets.support.window_driver import click_remedy, run
 
 
 class Stream:
@@ -144,3 +144,36 @@ def test_tare_without_readings_states_why_it_waits(stream, untouched):
     assert stream.baseline == "Leave the skin untouched while its baseline is measured."
     stream.send(untouched, 49)
     assert (stream.tare.text(), stream.baseline) == ("Tare", "Tared.")
+
+
+def test_tare_of_a_touched_skin_is_questioned_until_one_follows_without_a_touch(stream):
+    window = stream.window
+    skin = window.live.prepared.skin
+    points = window.live.prepared.map.taxel_points
+    apart = np.linalg.norm(points - points[30], axis=1)
+    random = np.random.default_rng(0)
+    touch = np.round(4000 * np.exp(-((apart / 0.03) ** 2)))
+
+    def tare(*pressed):
+        for pressure in pressed:
+            stream.send(2000 + random.normal(0, 1.5, len(skin)).round() + pressure * touch)
+        stream.wait(0.0)
+
+    left_click(stream.tare)
+    tare(*[1.0] * 50)
+    (message,) = window.notification_bar.messages
+    assert (message.warning, message.fault, message.leaves) == (True, False, False)
+    assert skin.taxel_text(30) in message.text
+    assert message.text.endswith("contacts there are hidden. Leave the skin untouched and tare again.")
+    toast = window.notification_bar.findChild(QWidget, "message-bar")
+    assert toast.grab().toImage().pixelColor(1, toast.height() // 2).name() == window.theme.warning
+    click_remedy(window, "Tare again")
+    assert stream.tare.text() == "Taring…"
+    tare(*[0.0] * 20, *[1.0] * 20, *[0.0] * 10)
+    (message,) = window.notification_bar.messages
+    assert "A part of the tare was left out for " in message.text
+    left_click(stream.tare)
+    tare(*[0.0] * 49)
+    assert window.notification_bar.messages == (message,), "until the tare is complete"
+    tare(0.0)
+    assert window.notification_bar.messages == ()

@@ -64,6 +64,8 @@ class LiveInputPanel(ConnectedPanel):
     """Contact settings entered by the user."""
     rate_changed = Signal(float)
     """Readings per second [Hz], emitted a few times per second."""
+    facts_shown = Signal(MeasuredFacts)
+    """Facts about the readings; emitted a few times per second."""
     gap_reported = Signal(object)
     """ReadingGap, or None while readings are used; emitted a few times per second."""
     channels_listed = Signal(QWidget)
@@ -155,6 +157,7 @@ class LiveInputPanel(ConnectedPanel):
         gap = self._input.gap(status, facts)
         self._show_baseline(facts, gap, over=status.state in (ConnectionState.ENDED, ConnectionState.FAILED))
         self.gap_reported.emit(gap)
+        self.facts_shown.emit(facts)
         self._inverted.setChecked(facts.inverted)
         self._inverted.setText("Yes" if facts.inverted else "No")
         _request(self._inverted, requested=facts.falling)

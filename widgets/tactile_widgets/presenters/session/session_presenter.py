@@ -11,6 +11,7 @@ from PySide6.QtCore import QElapsedTimer, QTimer
 from PySide6.QtWidgets import QWidget
 
 from tactile_maps.core.errors import TactileMapsError, names_text
+from tactile_maps.live.session.facts import MeasuredFacts
 from tactile_maps.live.session.reading_gap import GapCause, ReadingGap
 from tactile_maps.recording.file.damage import damage_text
 from tactile_maps.recording.player import RecordingPlayer
@@ -158,12 +159,14 @@ class LiveInputPresenter(Presenter):
         self._map_files = map_files
         self.dialog: ConnectDialog | None = None
         self._reported: GapCause | None = None  # cause of a gap in the readings
-        context.actions.bind(connect=self.ask, disconnect=self._session.connection.close)
+        self._touched: tuple[tuple[str, ...], ...] | None = None  # taxels of the last tare; None before and during it
+        context.actions.bind(connect=self.ask, disconnect=self._session.connection.close, tare_again=self._tare_again)
         panel = context.panels.get(LiveInputPanel)
         panel.disconnect_requested.connect(context.session.connection.close)
         panel.calibration_file_requested.connect(self._choose_calibration_file)
         panel.channels_listed.connect(partial(context.panels.reveal, panel))
         panel.gap_reported.connect(self._on_gap_reported)
+        panel.facts_shown.connect(self._on_facts_shown)
         context.panels.get(SkinCheckPanel).report_requested.connect(self._choose_report)
         context.session.connection.changed.connect(self._on_live_input_changed)
         context.session.mode_changed.connect(self._on_mode_changed)
@@ -224,9 +227,35 @@ class LiveInputPresenter(Presenter):
             self._reported = gap.cause
             self._notifier.fault(f"No readings, because {gap.cause}: {gap.reason}", of="live readings")
 
+    def _on_facts_shown(self, facts: MeasuredFacts) -> None:
+        """Question a tare during which the skin seems to have been touched, until one follows without a touch."""
+        before = self._touched
+        done = facts.tared and not facts.taring
+        self._touched = (facts.held_in_tare, facts.touched_in_tare) if done else None
+        if self._touched is None or self._touched == before:
+            return
+        texts = []
+        if facts.held_in_tare:
+            names = names_text(facts.held_in_tare)
+            texts.append(f"During the tare something seems to have touched {names}: contacts there are hidden.")
+        if facts.touched_in_tare:
+            names = names_text(facts.touched_in_tare)
+            texts.append(f"A part of the tare was left out for {names}, which were touched.")
+        if texts:
+            texts.append("Leave the skin untouched and tare again.")
+            again = self._context.actions["tare_again"]
+            self._notifier.say(" ".join(texts), warning=True, remedies=[again], of="tare")
+        else:
+            self._notifier.succeed("tare")
+
+    def _tare_again(self) -> None:
+        if (live := self._session.connection.input) is not None:
+            live.tare()
+            self._context.panels.get(LiveInputPanel).refresh()
+
     def _on_live_input_changed(self, live: object) -> None:
         if live is not None:
             self._context.panels.reveal(self._context.panels.get(LiveInputPanel))
         else:
-            self._reported = None
+            self._reported = self._touched = None
             self._context.views.show_gap("")
