@@ -118,10 +118,7 @@ def fit_force(
     else:
         fits = _fit_each(log.loads, loads, own, folds, random, progress)
         errors = _errors(fits, loads.areas)
-    branches = np.full((2, len(skin)), np.nan)
-    branches[:, own] = np.transpose(
-        [_branches(log.loads[loads.loaded[:, one]], loads.felt[loads.loaded[:, one], one], fits[one]) for one in fits]
-    )
+    hysteresis, branch_gain = _branches(log.loads, loads, fits)
     pooled = np.setdiff1d(np.arange(len(skin)), own)
     if len(pooled):
         fits |= dict.fromkeys(pooled.tolist(), _common_fit(loads, own, fits))
@@ -132,8 +129,8 @@ def fit_force(
         tuple(fit.kind for fit in ordered),
         loads.loaded.sum(axis=0),
         np.array([fit.uncertainty_with(one) for fit, one in zip(ordered, loads.offset_error.tolist(), strict=True)]),
-        branches[0],
-        branches[1],
+        hysteresis,
+        branch_gain,
         pooled,
         errors[None],
         {kind: errors[kind] for kind in CurveKind},
@@ -274,7 +271,16 @@ def _rising(loads: FloatArray) -> BoolArray:
     return rising
 
 
-def _branches(loads: FloatArray, x: FloatArray, fit: CurveFit) -> tuple[float, float]:
+def _branches(forces: FloatArray, loads: _FeltLoads, fits: Mapping[int, CurveFit]) -> tuple[FloatArray, FloatArray]:
+    """Return the results of ``_branches_of`` (taxels,) each, NaN for taxels without a fit."""
+    found = np.full((2, loads.felt.shape[1]), np.nan)
+    for one, fit in fits.items():
+        loaded = loads.loaded[:, one]
+        found[:, one] = _branches_of(forces[loaded], loads.felt[loaded, one], fit)
+    return found[0], found[1]
+
+
+def _branches_of(loads: FloatArray, x: FloatArray, fit: CurveFit) -> tuple[float, float]:
     """Return the width between the curves of rising and falling load, and the gain of separate curves, as shares."""
     rising = _rising(loads)
     sides = [rising, ~rising]
