@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from PySide6.QtCore import Qt
+from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QApplication, QLabel, QToolButton
 
 import tactile_widgets
@@ -53,6 +54,38 @@ def test_information_disappears_by_itself_and_a_failure_with_the_next_document(w
         "a.toml cannot be read",
         "Saved a.mcap",
     ]
+
+
+def test_information_with_an_action_remains_while_the_action_is_possible(window, monkeypatch):
+    bar = window.notification_bar
+    now = time.monotonic()
+    actions = [QAction("Replay", bar), QAction("Show in folder", bar)]
+    window.notifier.say("Saved a.mcap", remedies=actions)
+    window.notifier.say("Saved a.csv")
+    for later in (READ_SECONDS + 0.5, 100 * READ_SECONDS):
+        monkeypatch.setattr(bar, "_clock", lambda later=later: now + later)
+        bar._read.timeout.emit()
+        assert [message.text for message in bar.messages] == ["Saved a.mcap"]
+    actions[0].setEnabled(False)
+    bar._read.timeout.emit()
+    assert [message.text for message in bar.messages] == ["Saved a.mcap"]
+    actions[1].setEnabled(False)
+    assert bar._read.isActive()
+    bar._read.timeout.emit()
+    assert bar.messages == ()
+
+
+def test_information_with_an_action_leaves_for_others_before_failures_do(window):
+    window.notifier.fault("a.npz cannot be read", of="open map")
+    window.notifier.say("Saved a.mcap", remedies=[QAction("Replay", window)])
+    for name in "bcd":
+        window.notifier.say(f"Saved {name}.csv")
+    expected = ["a.npz cannot be read", "Saved a.mcap", "Saved d.csv"]
+    assert [message.text for message in window.notification_bar.messages] == expected
+    for name in "ef":
+        window.notifier.fault(f"{name}.npz cannot be read")
+    expected = ["a.npz cannot be read", "e.npz cannot be read", "f.npz cannot be read"]
+    assert [message.text for message in window.notification_bar.messages] == expected
 
 
 def test_messages_are_a_stack_of_three_that_keeps_failures(window):

@@ -25,7 +25,7 @@ _GAP = 6
 _MOST = 3
 """Maximum number of messages shown at a time; the list of messages keeps all."""
 READ_SECONDS = 6.0
-"""Time for which a message is shown that neither reports a failure nor asks something [s]."""
+"""Time for which a message is shown that neither reports a failure nor asks or offers something [s]."""
 _TURNING = {
     NavigationStyle.STANDARD: "Right-drag",
     NavigationStyle.MUJOCO: "Ctrl-drag",
@@ -84,8 +84,8 @@ class Message:
         of: Operation that the message is about, such as ``"open map"``; a newer message of the same operation, or its
             success, removes this one. Empty for none.
         kept: Whether only its buttons, or ``MessageStack.withdraw``, remove the message.
-        pending: Whether the message must still be shown, for example because its remedies are possible only now;
-            None for a message that need not wait.
+        pending: Whether the message must still be shown, for example because its remedies help only now; None if it
+            must be as long as one of its remedies is possible.
         warning: Whether the message is about a doubtful result, which the same operation may correct.
     """
 
@@ -99,9 +99,15 @@ class Message:
     warning: bool = False
 
     @property
-    def leaves(self) -> bool:
-        """Whether the message leaves by itself: information does; failures, warnings and questions remain."""
+    def informs(self) -> bool:
+        """Whether the message is information, not a failure, a warning or a question."""
         return not (self.fault or self.warning or self.kept) and self.dismiss == "Dismiss"
+
+    @property
+    def leaves(self) -> bool:
+        """Whether the message leaves by itself: information does, unless one of its actions is possible."""
+        possible = any(action.isEnabled() for action in self.remedies) if self.pending is None else self.pending()
+        return self.informs and not possible
 
 
 class _Toast(QWidget):
@@ -159,9 +165,9 @@ class _Toast(QWidget):
 class MessageStack(FloatingBar):
     """Shows the newest messages at the lower right of its parent, the newest at the bottom.
 
-    Information leaves after ``READ_SECONDS`` unless the pointer is over it or it is pending. Failures and warnings
-    leave when their operation succeeds, or with ``forget_faults``. The oldest message leaves for a fourth one,
-    information first.
+    Information leaves after ``READ_SECONDS`` unless the pointer is over it, it is pending, or an action that it offers
+    is possible. Failures and warnings leave when their operation succeeds, or with ``forget_faults``. The oldest
+    message leaves for a fourth one, information first.
 
     Args:
         theme: Colours.
@@ -205,7 +211,7 @@ class MessageStack(FloatingBar):
             lambda other: other.text == message.text or bool(message.of and other.of == message.of and not other.kept)
         )
         while len(self._toasts) >= _MOST:
-            self._drop(min(self._toasts, key=lambda toast: (toast.message.kept, not toast.message.leaves)))
+            self._drop(min(self._toasts, key=lambda toast: _rank(toast.message)))
         toast = _Toast(message, self._clock(), self._theme, self)
         toast.closed.connect(self._on_closed)
         self._toasts.append(toast)
@@ -264,7 +270,7 @@ class MessageStack(FloatingBar):
         self.setVisible(bool(self._toasts))
         if self._toasts:
             self.place()
-        if any(toast.message.leaves for toast in self._toasts):
+        if any(toast.message.informs for toast in self._toasts):
             self._read.start()
         else:
             self._read.stop()
@@ -284,11 +290,14 @@ class MessageStack(FloatingBar):
                 toast.shown_at = now
             return
         for toast in tuple(self._toasts):
-            message = toast.message
-            waits = toast.underMouse() or (message.pending is not None and message.pending())
-            if message.leaves and now - toast.shown_at >= READ_SECONDS and not waits:
+            if toast.message.leaves and now - toast.shown_at >= READ_SECONDS and not toast.underMouse():
                 self._drop(toast)
         self._update()
+
+
+def _rank(message: Message) -> tuple[bool, bool, bool]:
+    """Rank of a message: the lowest leaves first."""
+    return message.kept, not message.informs, bool(message.remedies)
 
 
 class HintBar(FloatingBar):

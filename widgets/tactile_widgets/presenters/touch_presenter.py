@@ -93,8 +93,14 @@ class TouchPresenter(Presenter):
         if session.replay.player is not None:
             notifier.say("This is a recording: it cannot be pressed.", remedies=[actions["take_over"]])
             return False
-        run = session.shown_run
-        if session.simulating and run is not None and not run.settings.effects.fingers:
-            notifier.say("No finger is simulated in this scene.", remedies=[actions["simulate_fingers"]])
+        if self._lacks_fingers:
+            text = "No finger is simulated in this scene."
+            notifier.say(text, remedies=[actions["simulate_fingers"]], pending=lambda: self._lacks_fingers)
             return False
         return True
+
+    @property
+    def _lacks_fingers(self) -> bool:
+        """Whether a simulation without fingers is shown."""
+        run = self._session.shown_run
+        return self._session.simulating and run is not None and not run.settings.effects.fingers
