@@ -383,6 +383,13 @@ _SESSION = Menu(
             "Leave the recording and go back to the running simulation",
             replaying,
         ),
+        ActionSpec(
+            "take_over",
+            "Take over from here",
+            "",
+            "Continue the simulation from the instant of the recording that is shown",
+            replaying,
+        ),
     ),
 )
 
@@ -742,13 +749,6 @@ REMEDIES = (
     ActionSpec("replay_saved", "Replay", "", "Replay the recording that was saved"),
     ActionSpec("show_saved", "Show in folder", "", "Show the folder of the recording that was saved"),
     ActionSpec("simulate_fingers", "Simulate fingers", "", "Simulate fingers, so that the skin can be pressed"),
-    ActionSpec(
-        "take_over",
-        "Take over from here",
-        "",
-        "Continue the simulation from the instant of the recording that is shown",
-        replaying,
-    ),
     ActionSpec("go_there", "Move there", "", "Resume, and let the controller move the robot to the posture", can_pose),
     ActionSpec("use_anyway", "Use anyway", "", "Simulate in spite of the warning"),
     ActionSpec("tare_again", "Tare again", "", "Use the next 50 readings as those of the untouched skin", measured),

@@ -8,6 +8,7 @@ from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QWidget
 
 from tactile_maps.geometry.surface.mesh import SurfacePoint
+from tactile_maps.recording.player import RecordingPlayer
 from tactile_maps.tactile.poke import PokeMoved, PokePressed, PokePulled, PokeReleased
 from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.context.presenter import Presenter
@@ -34,9 +35,11 @@ class TouchPresenter(Presenter):
     def __init__(self, context: AppContext, parent: QWidget) -> None:
         super().__init__(context, parent)
         self._last_id = MOUSE_FINGER
+        self._explained = False  # why the recording that is shown cannot be pressed
         self.fingers = context.panels.get(ContactsPanel).fingers
         self.fingers.force_edited.connect(self.set_force)
         self.fingers.removed.connect(self.remove)
+        self._session.replay.player_changed.connect(self._on_player_changed)
         for gestures in context.views.interactions:
             gestures.poke_pressed.connect(self.press)
             gestures.poke_moved.connect(self.move)
@@ -91,13 +94,27 @@ class TouchPresenter(Presenter):
         notifier = self._notifier
         actions = self._context.actions
         if session.replay.player is not None:
-            notifier.say("This is a recording: it cannot be pressed.", remedies=[actions["take_over"]])
+            self._explain_replay(session.replay.player)
             return False
         if self._lacks_fingers:
             text = "No finger is simulated in this scene."
             notifier.say(text, remedies=[actions["simulate_fingers"]], pending=lambda: self._lacks_fingers)
             return False
         return True
+
+    def _explain_replay(self, player: RecordingPlayer) -> None:
+        """Report that a recording cannot be pressed: by a message once, afterwards in the status line."""
+        text = "This is a recording: it cannot be pressed."
+        if self._explained:
+            self._notifier.status(text)
+        elif player.measured is None:
+            self._notifier.say(text, remedies=[self._context.actions["take_over"]])
+        else:
+            self._notifier.say(f"{text} Its readings are those of a real skin, which no simulation continues.")
+        self._explained = True
+
+    def _on_player_changed(self, _player: RecordingPlayer | None) -> None:
+        self._explained = False
 
     @property
     def _lacks_fingers(self) -> bool:
