@@ -155,6 +155,11 @@ class RecordingsDialog(QDialog):
         self._show_note()
         self._show_selected()
 
+    def select(self, path: Path) -> None:
+        """Select a recording if it is listed."""
+        if path in self._paths:
+            self.table.selectRow(self._paths.index(path))
+
     def show_summary(self, summary: RecordingSummary) -> None:
         """Show the summary of a listed recording."""
         if summary.path not in self._paths:

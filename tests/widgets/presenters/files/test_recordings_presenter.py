@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QInputDialog, QMessageBox, QPushButton
+from PySide6.QtWidgets import QApplication, QInputDialog, QMessageBox, QPushButton
 
 from tactile_maps.recording.encoding.annotations import (
     Annotations,
@@ -52,13 +52,19 @@ def folder(recorded, tmp_path, monkeypatch):
 
 @pytest.fixture
 def dialog(window_again, folder):
-    QTest.keyClick(window_again, Qt.Key.Key_R, Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier)
-    dialog = window_again.presenters.recordings.dialog
-    dialog.show_folder(folder, [], 0)
-    window_again.presenters.recordings.show_folder(folder)
-    yield dialog
-    dialog.close()
+    yield open_list(window_again, folder)
+    if (dialog := window_again.presenters.recordings.dialog) is not None:
+        dialog.close()
     window_again.live.replay.leave()
+
+
+def open_list(window, folder):
+    """Press the keys of *Recordings*, and list the folder."""
+    QTest.keyClick(window, Qt.Key.Key_R, Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier)
+    dialog = window.presenters.recordings.dialog
+    dialog.show_folder(folder, [], 0)
+    window.presenters.recordings.show_folder(folder)
+    return dialog
 
 
 def row_of(dialog, name):
@@ -74,6 +80,18 @@ def text(dialog, name, column):
 def click(dialog, name, button):
     dialog.table.selectRow(row_of(dialog, name))
     left_click(dialog.findChild(QPushButton, f"recordings-{button}"))
+
+
+@pytest.mark.parametrize("name", ["two.mcap", "junk.mcap"])
+def test_list_closes_when_a_recording_is_replayed(window_again, dialog, folder, name):
+    """A message about a file that cannot be replayed is in the window too."""
+    window = window_again
+    assert dialog.isVisible()
+    click(dialog, name, "replay")
+    QApplication.processEvents()
+    assert not [top for top in QApplication.topLevelWidgets() if top.isVisible() and top is not window]
+    assert window.presenters.recordings.dialog is None
+    assert name in (window.windowTitle() if name == "two.mcap" else window.notification_bar.text)
 
 
 @pytest.mark.long
@@ -100,6 +118,8 @@ def test_recordings_are_listed_labelled_replayed_and_deleted(window_again, dialo
     dialog.search.clear()
     click(dialog, "one.mcap", "replay")
     assert window.live.replay.player.path == folder / "one.mcap"
+    dialog = open_list(window, folder)
+    assert dialog.selected == folder / "one.mcap", "the list is closed by Replay and opened again"
     click(dialog, "one.mcap", "failure")
     assert window.context.notes.value.outcome is Outcome.FAILURE, "the notes that are shown are a document"
     assert (folder / "one.mcap").read_bytes() == recorded

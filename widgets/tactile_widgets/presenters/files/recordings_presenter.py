@@ -143,7 +143,7 @@ class RecordingsPresenter(Presenter):
         """Show the recordings of the folder that was listed last, or of the default folder."""
         if self.dialog is None:
             dialog = self.dialog = RecordingsDialog(self._window)
-            dialog.replay_requested.connect(lambda path: self._files.open_path(str(path)))
+            dialog.replay_requested.connect(self._replay)
             dialog.overlay_requested.connect(self._overlay.open)
             dialog.show_requested.connect(self._show_file)
             dialog.delete_requested.connect(self.delete)
@@ -158,12 +158,18 @@ class RecordingsPresenter(Presenter):
         self.dialog.show()
         self.dialog.activateWindow()
 
+    def _replay(self, path: Path) -> None:
+        """Open a recording, and close the list, which would cover it and its messages."""
+        if self.dialog is not None:
+            self.dialog.close()
+        self._files.open_path(str(path))
+
     def _on_dialog_closed(self) -> None:
         self._summaries.close()
         self.dialog = None
 
     def show_folder(self, folder: Path) -> None:
-        """List the recordings of a folder, the newest first, and read their summaries."""
+        """List the recordings of a folder, the newest first, select the one shown, and read their summaries."""
         assert self.dialog is not None
         self._folder = folder
         recorder = self._session.recording.recorder
@@ -172,6 +178,8 @@ class RecordingsPresenter(Presenter):
         paths = [path for _, path in sorted(found, reverse=True)]
         listed = paths[:MOST_LISTED]
         self.dialog.show_folder(folder, listed, len(paths) - len(listed))
+        if (player := self._session.replay.player) is not None:
+            self.dialog.select(player.path)
         self._summaries.close()
         self._notifier.succeed("list recordings")
         if listed:
