@@ -118,7 +118,7 @@ def _figure(arguments: argparse.Namespace) -> int:
     from tactile_widgets.window.application import figure
 
     report, (width, height) = progress_line(), arguments.mm
-    figure(
+    left_out = figure(
         scene_from_arguments(arguments),
         arguments.output,
         part=arguments.figure,
@@ -129,6 +129,8 @@ def _figure(arguments: argparse.Namespace) -> int:
         progress=report,
     )
     report("", 1.0)
+    if left_out:
+        print_warning(left_out)
     if arguments.json:
         facts = {"file": arguments.output, "width_mm": width, "height_mm": height, "dpi": arguments.dpi}
         print_json(facts | {"at_s": arguments.at})

@@ -21,7 +21,7 @@ from tactile_widgets.common.settings import BaseLayer
 from tactile_widgets.dialogs.figures.figure_file import FigureColours, FigurePart, FigureSpec, write_figure
 from tactile_widgets.dialogs.figures.view_figure import ShownInViews, write_view_figure
 from tests.widgets.support.mouse import left_click, left_release
-from tests.widgets.support.samples import touched
+from tests.widgets.support.samples import middle_taxel, touched
 from tests.widgets.support.window_driver import press_map, run
 
 SMALL = FigureSpec(80.0, 60.0, 96, FigureColours.PAPER)
@@ -208,3 +208,28 @@ def test_names_in_a_small_figure_hide_no_border_of_a_patch(window, tmp_path, siz
     outlines = map_points(drawn)
     assert len(outlines) > 100
     assert not [name for name, box in names.items() if any(box.contains(point) for point in outlines)]
+
+
+def test_captions_that_would_hide_a_patch_are_left_out_and_stated(window, small_arm, tmp_path, monkeypatch):
+    """The force on the hand has room next to it, the name of the forearm has none."""
+    window.live.show_prepared(small_arm)
+    frame = touched(small_arm.map, [middle_taxel(small_arm.map, 2)])
+    monkeypatch.setattr(type(window.live), "shown", property(lambda _live: frame))
+    path = tmp_path / "map.svg"
+    window.presenters.figure.write(FigurePart.MAP, path, FigureSpec(40.0, 40.0))
+    drawn = path.read_text()
+    texts = text_boxes(drawn)
+    assert {"upper_arm", "hand"} <= texts.keys()
+    assert "forearm" not in texts
+    assert window.notification_bar.text.endswith(
+        "Too small for forearm, which would hide patches; a larger figure shows them"
+    )
+    forces = {text: box for text, box in text_boxes(drawn, pixels=13).items() if text.endswith("N")}
+    assert forces
+    outlines = map_points(drawn)
+    hidden = [text for text in ("upper_arm", "hand", *forces) for point in outlines if texts[text].contains(point)]
+    assert not hidden
+    assert window.map_view._painter.left_out == frozenset(), "the window is unchanged"
+    window.presenters.figure.write(FigurePart.MAP, path, FigureSpec(120.0, 120.0))
+    assert "forearm" in text_boxes(path.read_text())
+    assert "Too small" not in window.notification_bar.text

@@ -33,6 +33,7 @@ from tactile_widgets.common.colours import THEMES
 from tactile_widgets.common.guide_window import GuideWindow
 from tactile_widgets.common.settings import Settings
 from tactile_widgets.dialogs.figures.figure_file import FigureColours, FigurePart, FigureSpec, check_figure_kind
+from tactile_widgets.dialogs.figures.view_figure import left_out_text
 from tactile_widgets.session.backends import INLINE
 from tactile_widgets.session.session_runner import InlineRunner
 from tactile_widgets.window.display import require_display
@@ -158,7 +159,7 @@ def figure(
     dpi: int = 300,
     colours: str = "paper",
     progress: Progress = no_progress,
-) -> None:
+) -> str:
     """Save a figure for a paper after ``at`` simulated seconds of the scene; needs no display.
 
     Args:
@@ -170,6 +171,9 @@ def figure(
         dpi: Resolution of the pixel parts.
         colours: ``paper``, ``light`` or ``dark``.
         progress: Receives the progress.
+
+    Returns:
+        Statement about texts that are left out of a small figure; empty if there are none.
 
     Raises:
         TactileMapsError: The scene cannot be prepared, or the figure cannot be written.
@@ -183,7 +187,7 @@ def figure(
     window = picture_window("dark" if colours == "dark" else "light", (1400, 900))
     try:
         _play(window, prepared, at)
-        window.presenters.figure.save(FigurePart(part), Path(path), spec)
+        return left_out_text(window.presenters.figure.save(FigurePart(part), Path(path), spec))
     finally:
         window.close()
 

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from PySide6.QtCore import QLineF, QPointF, QRectF, QSizeF
+from PySide6.QtGui import QPolygonF
 
 from tactile_widgets.views.overlays.callouts import Spot, place_callouts
 
@@ -83,3 +86,13 @@ def test_leader_lines_do_not_cross_each_other_where_there_is_room(seed):
     for number, line in enumerate(lines):
         for other in lines[:number]:
             assert line.intersects(other)[0] != QLineF.IntersectionType.BoundedIntersection
+
+
+def test_caption_is_over_no_foreign_box_if_there_is_room():
+    spot = Spot(QPointF(250, 200), 10.0, WORDS)
+    other = QRectF(275, 100, 100, 200)
+    assert place_callouts([spot], ROOM)[0].box.intersects(other)
+    (callout,) = place_callouts([replace(spot, foreign=(QPolygonF(other),))], ROOM)
+    assert not callout.box.intersects(other)
+    (crowded,) = place_callouts([replace(spot, foreign=(QPolygonF(ROOM),))], ROOM)
+    assert ROOM.contains(crowded.box)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from itertools import combinations
@@ -29,7 +29,7 @@ _LONGEST_BAR = 110.0
 _EDGE = 12.0
 _STEP = 1.1
 """Factor by which units shrink until all texts have room."""
-_FOR_CAPTIONS = 1.5
+_FOR_CAPTIONS = 1.7
 """Factor by which units shrink at most until the captions of contacts have room."""
 _MOST_UNITS = 1000
 """Units per inch from which smaller ones are no longer tried."""
@@ -59,10 +59,13 @@ class ShownInViews:
     frame: Frame | None
 
 
-def write_view_figure(shown: ShownInViews, part: FigurePart, path: str | Path, spec: FigureSpec) -> None:
+def write_view_figure(shown: ShownInViews, part: FigurePart, path: str | Path, spec: FigureSpec) -> tuple[str, ...]:
     """Write both views, or one of them, with the scale of pressures and scale bars; the window does not change.
 
     Texts and lines of the map are vectors in SVG and PDF, touch on it and the robot are pictures of ``spec.dpi``.
+
+    Returns:
+        Names of patches and forces that are left out of a small figure, because they would hide other patches.
 
     Raises:
         DisplayError: The file cannot be written, or the part is ``PLOTS``.
@@ -73,10 +76,17 @@ def write_view_figure(shown: ShownInViews, part: FigurePart, path: str | Path, s
         raise DisplayError("plots are not a view", value=part.value, remedy="Write them with write_plot_figure")
     theme = theme_of(spec.colours)
     with _copied(shown, part, theme, spec) as views:
-        fitted = _fitted(spec, views, part)
+        fitted, left_out = _fitted(spec, views, part)
         if part is not FigurePart.MAP:
             views.robot.display.draw_now(quality=fitted.quality)
         write_figure(path, fitted, theme.window, lambda painter: _paint(painter, views, part, theme))
+    return tuple(sorted(left_out))
+
+
+def left_out_text(texts: Sequence[str]) -> str:
+    """Return the statement about texts that ``write_view_figure`` left out; empty if there are none."""
+    words = f"Too small for {', '.join(texts)}, which would hide patches; a larger figure shows them"
+    return words if texts else ""
 
 
 @contextmanager
@@ -114,28 +124,34 @@ def _look_alike(views: LinkedViews, other: LinkedViews) -> None:
         part.set_selection(other.selection.taxels, other.selection.inks)
 
 
-def _fitted(spec: FigureSpec, views: LinkedViews, part: FigurePart) -> FigureSpec:
-    """Return the largest units at which the figure has room for its texts, and resize the views to it.
+def _fitted(spec: FigureSpec, views: LinkedViews, part: FigurePart) -> tuple[FigureSpec, frozenset[str]]:
+    """Resize the views to the largest units at which the figure has room for its texts; return them and what has none.
 
-    Units shrink a little more if names then hide no skin, and captions of contacts no contact and no small patch.
+    Units shrink a little more if fewer forces hide another patch then, captions of contacts hide no contact and no
+    small patch, and fewer names hide skin. Forces and names that still do are left out.
     """
     whole_map = views.map.camera.framed
     if part is not FigurePart.MAP:
         views.robot.display.draw_now(quality=1.0)  # the orientation cube needs a picture
-    found: list[tuple[tuple[bool, bool], FigureSpec]] = []  # legible ones, the largest first
+    found: list[tuple[tuple[int, bool, int], FigureSpec]] = []  # legible ones, the largest first
     while True:
-        fits = _resize(views, spec, whole_map=whole_map) and (part is FigurePart.ROBOT or views.map.legends_fit())
+        fits = _resize(views, spec, whole_map=whole_map)
+        names, forces = views.map.leave_out_hiding()
+        fits = fits and (part is FigurePart.ROBOT or views.map.legends_fit())
         if fits and (part is FigurePart.MAP or _robot_fits(views)):
-            found.append(((True, True) if part is FigurePart.ROBOT else views.map.captions_fit(), spec))
-            if all(found[-1][0]):
-                return spec
+            if part is FigurePart.ROBOT:
+                return spec, frozenset()
+            found.append(((-len(forces), views.map.callouts_fit(), -len(names)), spec))
+            if found[-1][0] == (0, True, 0):
+                return spec, frozenset()
         if spec.units_per_inch > (_FOR_CAPTIONS * found[0][1].units_per_inch if found else _MOST_UNITS):
             break
         spec = replace(spec, units_per_inch=round(_STEP * spec.units_per_inch))
     if found:
         _, spec = max(found, key=itemgetter(0))
         _resize(views, spec, whole_map=whole_map)
-    return spec
+        names, forces = views.map.leave_out_hiding()
+    return spec, frozenset() if part is FigurePart.ROBOT else names | forces
 
 
 def _resize(views: LinkedViews, spec: FigureSpec, *, whole_map: bool) -> bool:

@@ -14,7 +14,7 @@ from tactile_widgets.context.presenter import Presenter
 from tactile_widgets.dialogs.figures.figure_dialog import FigureDialog
 from tactile_widgets.dialogs.figures.figure_file import FIGURE_KINDS, FigureColours, FigurePart, FigureSpec
 from tactile_widgets.dialogs.figures.plot_figure import write_plot_figure
-from tactile_widgets.dialogs.figures.view_figure import ShownInViews, write_view_figure
+from tactile_widgets.dialogs.figures.view_figure import ShownInViews, left_out_text, write_view_figure
 from tactile_widgets.plots.choice.plot_choice import PlotKey
 
 
@@ -60,11 +60,12 @@ class FigurePresenter(Presenter):
     def write(self, part: FigurePart, path: Path, spec: FigureSpec) -> None:
         """Write the present content; show the result."""
         with self._notifier.errors_shown("save figure"):
-            self.save(part, path, spec)
-            self._notifier.say(f"Saved {path}: {spec.width:g} × {spec.height:g}\u202fmm, {spec.dpi}\u202fdpi")
+            left_out = self.save(part, path, spec)
+            words = f"Saved {path}: {spec.width:g} × {spec.height:g}\u202fmm, {spec.dpi}\u202fdpi"
+            self._notifier.say(". ".join(filter(None, (words, left_out_text(left_out)))))
 
-    def save(self, part: FigurePart, path: Path, spec: FigureSpec) -> None:
-        """Write the present content.
+    def save(self, part: FigurePart, path: Path, spec: FigureSpec) -> tuple[str, ...]:
+        """Write the present content; return the texts that are left out of a small figure.
 
         Raises:
             DisplayError: No robot is open, or the file cannot be written.
@@ -73,12 +74,12 @@ class FigurePresenter(Presenter):
         if part is FigurePart.PLOTS:
             keys = context.plots.shown_keys if self._plots is None else self._plots
             write_plot_figure(context.plots, keys, path, spec)
-            return
+            return ()
         if self._session.prepared is None:
             raise DisplayError("no robot is open", remedy="Open a robot or a scene first")
         document = context.editor.document if context.editor.enabled else None
         shown = ShownInViews(context.views, self._session.prepared, document, self._settings, self._session.shown)
-        write_view_figure(shown, part, path, spec)
+        return write_view_figure(shown, part, path, spec)
 
 
 def choice_text(part: FigurePart, spec: FigureSpec) -> str:

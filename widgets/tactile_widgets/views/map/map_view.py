@@ -390,12 +390,18 @@ class MapView(QGraphicsView):
             whole_map=self.camera.framed,
         )
 
-    def captions_fit(self) -> tuple[bool, bool]:
-        """Return whether captions of contacts hide no other caption, contact or small patch, and names no skin."""
+    def leave_out_hiding(self) -> tuple[frozenset[str], frozenset[str]]:
+        """Stop painting names that hide skin, and forces that hide another patch than theirs; return both."""
         if self.picture is None:
-            return True, True
-        place = (self.marks, self.picture, self.viewportTransform(), QRectF(self.viewport().rect()))
-        return self._painter.callouts_fit(*place), self._painter.names_fit(*place)
+            return frozenset(), frozenset()
+        return self._painter.leave_out_hiding(*self._place(self.picture))
+
+    def callouts_fit(self) -> bool:
+        """Whether captions of contacts hide no other caption, contact or small patch."""
+        return self.picture is None or self._painter.callouts_fit(*self._place(self.picture))
+
+    def _place(self, picture: MapCanvas) -> tuple[MapMarks, MapCanvas, QTransform, QRectF]:
+        return self.marks, picture, self.viewportTransform(), QRectF(self.viewport().rect())
 
     def _framed(self, *, still: bool = False) -> MapCamera | None:
         """Return the camera with the whole map in view; None without visible patches."""

@@ -12,6 +12,7 @@ from itertools import product
 from operator import itemgetter
 
 from PySide6.QtCore import QLineF, QPointF, QRectF, QSizeF
+from PySide6.QtGui import QPolygonF
 
 from tactile_maps.core.errors import counted
 
@@ -39,12 +40,14 @@ class Spot:
         radius: Radius around the point that is kept free.
         size: Size of its caption.
         preferred: Preferred box of the caption; None for upper right.
+        foreign: Outlines, such as those of other patches, that its caption hides only if there is no other room.
     """
 
     at: QPointF
     radius: float
     size: QSizeF
     preferred: QRectF | None = None
+    foreign: tuple[QPolygonF, ...] = ()
 
     @property
     def box(self) -> QRectF:
@@ -74,7 +77,8 @@ def place_callouts(
 ) -> list[Callout]:
     """Place the caption of each spot within ``room``, over no other caption, and if possible over no spot.
 
-    If possible, leader lines cross no caption, no other spot and no other line.
+    If possible, leader lines cross no caption, no other spot and no other line, and captions are not over what
+    is foreign to their spot.
 
     Args:
         spots: Spots, the most important first.
@@ -90,7 +94,7 @@ def place_callouts(
         taken = [*others, *(one.box for one in placed)]
         crossed = [*taken, *(other.box for other in spots if other is not spot)]
         lines = [one.leader for one in placed if one.leader is not None]
-        found = list[tuple[tuple[bool, bool], Callout]]()
+        found = list[tuple[tuple[bool, bool, bool], Callout]]()
         for box in _candidates(spot):
             if not room.contains(box) or any(map(box.intersects, taken)):
                 continue
@@ -98,12 +102,18 @@ def place_callouts(
             over = any(map(box.intersects, kept))
             led = callout.leader is not None and any(map(partial(_meets, callout.leader), crossed))
             led = led or any(_meets(line, box) or _cross(line, callout.leader) for line in lines)
-            found.append(((over, led), callout))
+            found.append(((over, any(hides(box, one) for one in spot.foreign), led), callout))
             if not any(found[-1][0]):
                 break
         best = min(found, key=itemgetter(0), default=None)
         placed.append(_led(spot, _into(next(_candidates(spot)), room)) if best is None else best[1])
     return placed
+
+
+def hides(box: QRectF, outline: QPolygonF) -> bool:
+    """Whether a caption hides more of an outlined area than its own edge does."""
+    inner = box.adjusted(1.0, 1.0, -1.0, -1.0)
+    return outline.boundingRect().intersects(inner) and outline.intersects(QPolygonF(inner))
 
 
 def _led(spot: Spot, box: QRectF) -> Callout:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -26,7 +26,7 @@ from tactile_widgets.views.map.painting.legend_place import LegendPlace
 from tactile_widgets.views.map.painting.map_layers import ellipse_polygon, ellipses_on_map
 from tactile_widgets.views.map.painting.name_place import NamePlace
 from tactile_widgets.views.map.painting.task_layer import TaskPainter, task_legend, task_legend_entries
-from tactile_widgets.views.overlays.callouts import LABELLED, Callout, Spot, more_contacts, place_callouts
+from tactile_widgets.views.overlays.callouts import LABELLED, Callout, Spot, hides, more_contacts, place_callouts
 from tactile_widgets.views.overlays.legend import Legend
 from tactile_widgets.views.overlays.paint_cache import PaintCache
 from tactile_widgets.views.overlays.painting import (
@@ -74,11 +74,13 @@ class ContactMark:
         at: Centre of pressure [scene units].
         text: Force as text.
         reach: Radius of the touched skin [scene units].
+        patch: Number of the patch; -1 if unknown.
     """
 
     at: QPointF
     text: str
     reach: float = 0.0
+    patch: int = -1
 
     def ring(self, view: QTransform) -> float:
         """Radius of the ring around the touch [px]."""
@@ -130,7 +132,7 @@ class MapMarks:
         for region in frame.regions:
             if (at := picture.mark_of(region.at)) is not None:
                 words = self.task.force_words(region, frame.units, frame.notes)
-                contacts.append(ContactMark(at, words, _reach(region, at, frame, picture)))
+                contacts.append(ContactMark(at, words, _reach(region, at, frame, picture), region.at.patch))
         tips = ((picture.mark_of(poke.at), poke.radius * picture.shapes.frame.scale) for poke in frame.pokes)
         return replace(
             self,
@@ -167,6 +169,9 @@ class MapPainter:
     Args:
         theme: Colours of everything except the skin; may be replaced.
         font: Font of the window, from which those of captions are derived.
+
+    Attributes:
+        left_out: Texts of names and forces that are not painted; see ``leave_out_hiding``.
     """
 
     def __init__(self, theme: Theme, font: QFont) -> None:
@@ -176,6 +181,7 @@ class MapPainter:
         self._legends = LegendPlace(EDGE)
         self._caption, self._figure = caption_fonts(font)
         self._names = NamePlace(self._caption)
+        self.left_out = frozenset[str]()
 
     def paint(self, painter: QPainter, marks: MapMarks, picture: MapCanvas, view: QTransform, room: QRectF) -> None:
         """Paint all marks, and the layers over the canvas.
@@ -223,7 +229,8 @@ class MapPainter:
         """Return box and text of the patches' names."""
         legends = [box for _, box in self._legends_of(marks, picture.shapes, room)]
         scale, *_ = self._scale(picture.shapes.frame.scale * view.m11(), room)
-        return self._names.names(picture.shapes, view, room, legends, scale)
+        names = self._names.names(picture.shapes, view, room, legends, scale)
+        return [(box, text) for box, text in names if text not in self.left_out]
 
     def caption_boxes(self, marks: MapMarks, picture: MapCanvas, view: QTransform, room: QRectF) -> list[QRectF]:
         """Return the boxes of all captions except those of contacts: names, state, scale bar and legends."""
@@ -266,39 +273,52 @@ class MapPainter:
         self, marks: MapMarks, picture: MapCanvas, view: QTransform, room: QRectF
     ) -> list[tuple[Callout, str]]:
         """Return place and text of the captions of the strongest contacts."""
+        return [(callout, mark.text) for callout, mark in self._callouts(marks, picture, view, room)]
+
+    def _callouts(
+        self, marks: MapMarks, picture: MapCanvas, view: QTransform, room: QRectF
+    ) -> list[tuple[Callout, ContactMark]]:
+        captioned = [mark for mark in marks.contacts[:LABELLED] if mark.text not in self.left_out]
+        seen = [mark for mark in captioned if room.contains(view.map(mark.at))]
+        skin = _outlines(picture, view) if seen else {}
         spots = [
-            (Spot(view.map(mark.at), mark.ring(view), chip_size(mark.text, self._figure)), mark.text)
-            for mark in marks.contacts[:LABELLED]
+            Spot(
+                view.map(mark.at),
+                mark.ring(view),
+                chip_size(mark.text, self._figure),
+                foreign=tuple(outline for number, outline in skin.items() if number != mark.patch),
+            )
+            for mark in seen
         ]
-        seen = [(spot, text) for spot, text in spots if room.contains(spot.at)]
         inner = room.adjusted(EDGE, EDGE, -EDGE, -EDGE)
         others = self.caption_boxes(marks, picture, view, room) if seen else []
-        small = self._small_patches([spot.size for spot, _ in seen], picture, view)
-        callouts = place_callouts([spot for spot, _ in seen], inner, others, small)
-        return [(callout, text) for callout, (_, text) in zip(callouts, seen, strict=True)]
+        small = _small_patches([spot.size for spot in spots], skin)
+        return list(zip(place_callouts(spots, inner, others, small), seen, strict=True))
 
-    def names_fit(self, marks: MapMarks, picture: MapCanvas, view: QTransform, room: QRectF) -> bool:
-        """Whether the names of patches hide no skin."""
-        skin = [
-            view.map(polygon(patch.to_scene(patch.chart.outline))) for patch in picture.shapes.patches if patch.shown
-        ]
-        names = [box.adjusted(1.0, 1.0, -1.0, -1.0) for box, _ in self._name_chips(marks, picture, view, room)]
-        return not any(outline.intersects(QPolygonF(box)) for outline in skin for box in names)
+    def leave_out_hiding(
+        self, marks: MapMarks, picture: MapCanvas, view: QTransform, room: QRectF
+    ) -> tuple[frozenset[str], frozenset[str]]:
+        """Stop painting names that hide skin, then forces that still hide another patch than theirs; return both."""
+        self.left_out = frozenset()
+        skin = _outlines(picture, view)
+        chips = self._name_chips(marks, picture, view, room)
+        names = frozenset(text for box, text in chips if any(hides(box, one) for one in skin.values()))
+        self.left_out = names
+        forces = frozenset(
+            mark.text
+            for callout, mark in self._callouts(marks, picture, view, room)
+            if any(hides(callout.box, one) for number, one in skin.items() if number != mark.patch)
+        )
+        self.left_out = names | forces
+        return names, forces
 
     def callouts_fit(self, marks: MapMarks, picture: MapCanvas, view: QTransform, room: QRectF) -> bool:
         """Whether the captions of contacts hide no other caption, no contact and no small patch."""
-        boxes = [callout.box for callout, _ in self.callouts(marks, picture, view, room)]
+        boxes = [callout.box for callout, _ in self._callouts(marks, picture, view, room)]
         kept = [Spot(view.map(mark.at), mark.ring(view), QSizeF()).box for mark in marks.contacts]
         kept += self.caption_boxes(marks, picture, view, room)
-        kept += self._small_patches([box.size() for box in boxes], picture, view)
+        kept += _small_patches([box.size() for box in boxes], _outlines(picture, view))
         return not any(box.intersects(other) for box in boxes for other in kept)
-
-    def _small_patches(self, captions: Sequence[QSizeF], picture: MapCanvas, view: QTransform) -> list[QRectF]:
-        """Return the boxes of the patches of which a caption would hide much."""
-        largest = max((size.width() * size.height() for size in captions), default=0.0)
-        shown = (patch.box for patch in picture.shapes.patches if patch.shown)
-        boxes = (view.mapRect(QRectF(*low, *(high - low))) for low, high in shown)
-        return [box for box in boxes if box.width() * box.height() < _SMALL_PATCH * largest]
 
     def _paint_fingers(self, painter: QPainter, marks: MapMarks, view: QTransform) -> None:
         for finger in marks.fingers:
@@ -429,6 +449,22 @@ class MapPainter:
         painter.drawPolyline([QPointF(left + x, bottom + y) for x, y in ((0, -5), (0, 0), (length, 0), (length, -5))])
         painter.setFont(self._caption)
         painter.drawText(QPointF(left + length + 8, bottom), text)
+
+
+def _outlines(picture: MapCanvas, view: QTransform) -> dict[int, QPolygonF]:
+    """Return the outlines of the patches that are shown [px], by number."""
+    return {
+        number: view.map(polygon(patch.to_scene(patch.chart.outline)))
+        for number, patch in enumerate(picture.shapes.patches)
+        if patch.shown
+    }
+
+
+def _small_patches(captions: Sequence[QSizeF], skin: Mapping[int, QPolygonF]) -> list[QRectF]:
+    """Return the boxes of the patches of which a caption would hide much."""
+    largest = max((size.width() * size.height() for size in captions), default=0.0)
+    boxes = [outline.boundingRect() for outline in skin.values()]
+    return [box for box in boxes if box.width() * box.height() < _SMALL_PATCH * largest]
 
 
 def _near(one: QPointF, other: QPointF, distance: float = 20.0) -> bool:
