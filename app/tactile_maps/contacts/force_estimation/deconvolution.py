@@ -14,7 +14,6 @@ from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
-from scipy.optimize import nnls
 from scipy.sparse import csr_matrix
 
 from tactile_maps.contacts.force_estimation.estimate import (
@@ -202,6 +201,8 @@ def nonnegative_least_squares(blur: BlurMatrix, readings: FloatArray, _noise: fl
 
     Cost: 0.1 ms for 30 x 30.
     """
+    from scipy.optimize import nnls  # 0.07 s to import, and few sessions need it
+
     return np.asarray(nnls(blur.matrix, readings)[0], dtype=np.float64)
 
 

@@ -18,7 +18,6 @@ from typing import NamedTuple
 
 import mujoco
 import numpy as np
-from scipy.optimize import lsq_linear
 from scipy.spatial import ConvexHull, QhullError
 
 from tactile_maps.contacts.detection.regions import ContactRegion
@@ -229,6 +228,8 @@ def _unexplained(external: FloatArray, read: Sequence[FloatArray], tolerance: Fl
     rest = external - sum((normal for normal, *_ in read), np.zeros_like(external))
     if not read or (np.abs(rest) <= tolerance).all():
         return rest
+    from scipy.optimize import lsq_linear  # 0.07 s to import; ``command_loop`` imports it at its start
+
     columns = np.concatenate(read)
     lower = np.tile([0.0, -1.0, -1.0], len(read))
     found = lsq_linear(columns.T, external, bounds=(lower, 1.0), method="bvls")
