@@ -25,7 +25,7 @@ from tactile_widgets.jobs.executor import ProcessExecutor
 from tactile_widgets.plots.timeline.playhead import Span
 from tests.support.recordings import with_checksum_damage
 from tests.widgets.support.mouse import left_click
-from tests.widgets.support.window_driver import cancel
+from tests.widgets.support.window_driver import activate, cancel
 
 
 @pytest.fixture(scope="module")
@@ -60,6 +60,7 @@ def dialog(window_again, folder):
 
 def open_list(window, folder):
     """Press the keys of *Recordings*, and list the folder."""
+    activate(window)
     QTest.keyClick(window, Qt.Key.Key_R, Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier)
     dialog = window.presenters.recordings.dialog
     dialog.show_folder(folder, [], 0)
