@@ -269,7 +269,7 @@ def test_panel_is_registered_in_one_line(qtbot, editor, prepared, touched):
     column.show_frame(touched)
     column.set_theme(LIGHT)
     session.mode_changed.emit(Mode.REPLAYING)
-    assert panel.got == [prepared, touched, LIGHT, False]
+    assert panel.got == [True, prepared, touched, LIGHT, False], "True without a session: it does not simulate"
     column.show()
     QApplication.processEvents()
     assert column["contacts"].y() < panel.y() < column["events"].y()
