@@ -18,6 +18,7 @@ from tactile_maps.session.prepared_cache import prepare_cached
 from tactile_maps.skin.fitting.cover import CoverSpec, cover_candidates
 from tactile_maps.skin.fitting.grid import GridSpec
 from tactile_widgets.context.notification_bar import READ_SECONDS
+from tactile_widgets.dialogs.dialogs import Button
 from tactile_widgets.dialogs.palette import matching
 from tactile_widgets.jobs.skin_jobs import plan_cover
 from tactile_widgets.panels.model.skin_panel import SkinChoice, SkinPanel
@@ -25,7 +26,7 @@ from tactile_widgets.session.live_input import LiveInputSettings
 from tactile_widgets.views.interaction.view_tool import PointedAt
 from tactile_widgets.window.palette_commands import action_commands
 from tests.widgets.support.mouse import left_click
-from tests.widgets.support.window_driver import run
+from tests.widgets.support.window_driver import answer, run
 
 pytestmark = pytest.mark.usefixtures("scene_cache")
 
@@ -380,12 +381,20 @@ def test_reason_is_stated_if_the_skin_cannot_be_changed(window, tmp_path):
     assert panel.tree.isEnabled()
 
 
-def begin_to_open_rods(window, folder):
-    """Open a robot until its skin is planned, as its process does before the skin is fitted; return the job."""
+def begin_to_open_rods(window, folder, *, discarding=False):
+    """Open a robot until its skin is planned, as its process does before the skin is fitted; return the job.
+
+    Args:
+        window: The window.
+        folder: Folder for the file of the robot.
+        discarding: Whether the question about unsaved changes is asked, and answered by discarding them.
+    """
     (folder / "rods.xml").write_text(RODS)
     opening = window.live.scene_jobs.executor
     opening.hold = True
     window.presenters.files.open_path(str(folder / "rods.xml"))
+    if discarding:
+        answer(window, Button.Discard)
     (job,) = opening._waiting
     job.deliver("part", plan_cover(job.job.arguments[0], load_robot_file(folder / "rods.xml")))
     return job

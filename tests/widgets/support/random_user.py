@@ -52,6 +52,7 @@ from tactile_widgets.actions.registry import specs_in
 from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.common.mode import Mode
 from tactile_widgets.dialogs.palette import CommandPalette
+from tactile_widgets.panels.model.skin_panel import SkinPanel
 from tactile_widgets.plots.study_plot import StudyPlot
 from tactile_widgets.plots.timeline.recording_plots import RecordingPlots
 from tactile_widgets.plots.timeline.scrub_bar import ScrubBar
@@ -208,6 +209,7 @@ class RandomUser:
             *(((self._opens, 1), (self._changes_the_skin, 1)) if scenes is not None else ()),
         )
         self._take_overs = 0.8 if works else 0.2
+        self._choices = 0.6 if works else 0.0
         if works:
             self._kinds = (
                 (self._works, 30),
@@ -657,13 +659,34 @@ class RandomUser:
             live.connection.open(LiveInputSettings(str(path)))
 
     def _changes_the_skin(self) -> None:
-        """Covers the robot with fewer taxels, as one step."""
+        """Covers the robot with fewer taxels, as one step, or chooses in the Skin panel what may not be applied."""
         live = self.window.live
         self._say("changes the skin")
         if live.mode.takes_input and live.live_input is None and not live.prepared.scene.taxel_files:
             scene = live.prepared.scene
             cover = replace(scene.cover, taxels=int(self._rng.integers(30, 60)))
+            if self._chance(self._choices):
+                self._chooses_a_skin(cover.taxels)
+                return
             self.window.presenters.tools.skin_steps.push("Cover", scene, replace(scene, cover=cover))
+
+    def _chooses_a_skin(self, taxels: int) -> None:
+        """Check a link or type a number of taxels in the Skin panel, or apply or revert what was chosen there."""
+        self.window.action("choose_skin").trigger()
+        panel = self.window.column.get(SkinPanel)
+        what = self._one_of(["link", "taxels", "taxels", "apply", "revert"])
+        self._say(f"chooses a skin: {what}")
+        if what == "link" and panel.tree.isEnabled():
+            panel.tree.setFocus()
+            panel.tree.setCurrentItem(self._one_of(list(panel.tree.rows.values())))
+            QTest.keyClick(panel.tree, KEY.Key_Space)
+        elif what == "taxels" and _can_be_used(panel.taxels):
+            panel.taxels.setFocus()
+            QTest.keyClick(panel.taxels, KEY.Key_A, Qt.KeyboardModifier.ControlModifier)
+            QTest.keyClicks(panel.taxels, str(taxels))
+            QTest.keyClick(panel.taxels, KEY.Key_Return)
+        elif what in ("apply", "revert"):
+            _click(getattr(panel, what))
 
     def _place(self, view, target: QWidget) -> QPoint:
         pixels = view.taxel_pixels()

@@ -18,6 +18,7 @@ from tactile_maps.flattening.bijectivity import crossings, flipped
 from tactile_maps.scene.scene_file import load_scene
 from tactile_maps.session.runtime_settings import RuntimeSettings
 from tactile_widgets.common.mode import Mode
+from tactile_widgets.panels.model.skin_panel import SkinPanel
 
 HARMLESS = re.compile(r"This plugin does not support|not accepted by receiving widget")
 """Messages of the off-screen plugin, and of QTest about an event that no widget accepted."""
@@ -131,6 +132,7 @@ class KeptWork:
         self._run = None
         self._made: tuple[object, object] | None = None  # document and settings, in the session before
         self._unsaved: tuple[str, ...] = ()
+        self._choice = None  # in the Skin panel, not applied yet
         self._asked = False
         self._in_file: list[tuple[object, object]] = []
 
@@ -142,12 +144,15 @@ class KeptWork:
         """
         live = self._window.live
         document = self._window.editor.document
-        unsaved = self._window.presenters.map_files.unsaved
+        files = self._window.presenters.map_files
+        choice = files.choice
+        unsaved = files.unsaved if choice is None else files.unsaved[:-1]
         if live.run is None or live.live_input is not None or document is None:
             self._unsaved = tuple(part for part in self._unsaved if part in unsaved)  # saved in the meantime
             steps = [] if document is None else [step.document for step in self._window.editor.history._steps]
             if self._made is not None and any(one is self._made[0] for one in steps):
                 self._made = document, self._made[1]  # edited in the meantime, or undone
+            self._choice = choice
             self._note_question()
             return
         made = document, _control_of(live.run.made)
@@ -155,6 +160,12 @@ class KeptWork:
             _require(self._has(document, self._made[0]), "the edited map is lost", self._unsaved)
             kept = made[1] == self._made[1] or self._steps_back()
             _require(kept, "controller, path, contact detection or effects are lost", self._unsaved)
+        if live.run is not self._run and self._choice is not None and not self._asked:
+            kept = choice is not None or self._applied(live.run.prepared.scene)
+            _require(kept, "the chosen skin is lost", self._choice)
+        if choice is not None and live.replay.player is None:
+            _require(self._shows(choice), "the panel shows another skin than the chosen one", choice)
+        self._choice = choice
         self._run = live.run
         self._made = made
         self._unsaved = unsaved
@@ -166,6 +177,15 @@ class KeptWork:
         steps = [step.document for step in self._window.editor.history._steps]
         kept = [one.history.present for one in self._window.presenters.map_files._kept]
         return any(one is before for one in (document, *steps, *kept))
+
+    def _applied(self, scene) -> bool:
+        """Whether a scene has skin on the links of the choice, and on no others."""
+        return {*self._choice.links} == {*scene.cover.links, *(grid.link for grid in scene.grids)}
+
+    def _shows(self, choice) -> bool:
+        """Whether the Skin panel shows the choice, once it lists links."""
+        panel = self._window.column.get(SkinPanel)
+        return not panel.tree.rows or panel.cover == choice or panel.apply.text() == "Open"
 
     def _steps_back(self) -> bool:
         """Whether another step of the skin is shown, which has its own path."""

@@ -90,7 +90,7 @@ class SkinSteps(QObject):
 
     def push(self, name: str, before: Scene, after: Scene) -> None:
         """Add the step ``name`` from scene ``before`` to scene ``after`` and request to open ``after``."""
-        self._cancel()
+        self.cancel()
         kept = self._scenes[: self._at + 1] if self._scenes else [before]
         self._names = [*self._names[: self._at], name]
         self._documents = [*self._documents[: self._at], self._document]
@@ -110,9 +110,9 @@ class SkinSteps(QObject):
     def undo(self) -> None:
         """Cancel a step whose scene is being opened; else undo the last step, which returns to the last edit before."""
         if self.pending:
-            self._cancel()
+            self.cancel()
         elif self.can_undo:
-            self._cancel()
+            self.cancel()
             self._request(self._at - 1, from_start=False)
 
     def redo(self) -> None:
@@ -123,7 +123,7 @@ class SkinSteps(QObject):
     def go(self, steps: int) -> None:
         """Undo as many steps, or redo them if ``steps`` is positive, without the edits of the map after them."""
         if self._at + steps != self._requested:
-            self._cancel()
+            self.cancel()
             self._request(self._at + steps, from_start=True)
 
     def note_edits(self) -> None:
@@ -142,7 +142,8 @@ class SkinSteps(QObject):
         self._requested = self._at  # which may have failed to open
         self.changed.emit()
 
-    def _cancel(self) -> None:
+    def cancel(self) -> None:
+        """Stop opening the requested scene, or any other."""
         name = self.undo_name if self.pending else ""
         self._requested = self._at
         self.cancel_requested.emit(name)

@@ -155,6 +155,11 @@ class SkinPanel(Panel):
                 self._request_links()
         self._show_values()
 
+    def choose(self, cover: CoverSpec) -> None:
+        """Show a choice that is not applied yet, as if the user made it."""
+        self._show_cover(cover)
+        self._on_edited()
+
     def show_nothing(self) -> None:
         """Show that there is no robot."""
         self._content.hide()
@@ -241,11 +246,14 @@ class SkinPanel(Panel):
 
     def _show_values(self) -> None:
         """Show the values of the shown skin."""
-        cover = self._shown.cover
         self._failed = False
-        self.tree.check(cover.links)
+        self._show_cover(self._shown.cover)
         self.tree.show_counts(self._shown.counts)
         self.note.setText(self._shown.note)
+        self._update()
+
+    def _show_cover(self, cover: CoverSpec) -> None:
+        self.tree.check(cover.links)
         modules = cover.pattern == "modules"
         select_data(self.amount, _NUMBER if cover.pitch is None and not modules else _PITCH)
         self.taxels.show_number(cover.taxels)
@@ -256,7 +264,6 @@ class SkinPanel(Panel):
         select_data(self.axes, cover.axes)
         with QSignalBlocker(self.dense):
             self.dense.setChecked(cover.density == "curvature")
-        self._update()
 
     def _update(self) -> None:
         """Show and enable what the choice allows."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
 
@@ -37,6 +37,10 @@ _NAMED = 4
 
 class SkinPresenter(Presenter):
     """Connects the Skin panel, its preview, and the steps that undo a change of the skin.
+
+    A choice that is not applied yet is part of the document: it stays when the skin is changed in another way or a
+    recording is shown, and is asked about before the document is replaced. A choice for a robot that is not open yet is
+    not part of a document.
 
     Args:
         context: Session, views, panels and services of the window.
@@ -72,6 +76,7 @@ class SkinPresenter(Presenter):
         self._robot: Robot | None = None  # whose links the panel lists
         self._plan: CoverPlan | None = None  # of the scene that is being opened
         self._opening: Scene | None = None  # the panel chooses its skin before it is opened
+        self._applied = CoverSpec()  # of the document
         self.preview = SkinPreview(context.backends.executor("skin preview", self), self)
         self.preview.found.connect(self._panel.show_candidates)
         self.preview.progressed.connect(self._on_progressed)
@@ -86,6 +91,9 @@ class SkinPresenter(Presenter):
         session.prepared_changed.connect(self._on_prepared_changed)
         session.scene_jobs.planned.connect(self._on_planned)
         session.loading_ended.connect(self._on_loading_ended)
+        session.opening_stopped.connect(self._on_opening_stopped)
+        session.mode_changed.connect(self._show_chosen)  # emitted once the document of another scene is shown
+        map_files.apply_requested.connect(self._on_save_requested)
         for signal in (session.mode_changed, session.recording.changed, session.connection.changed):
             signal.connect(self._on_refusal_changed)
         context.actions.bind(choose_skin=self.show_panel, choose_links=self.show_panel)
@@ -132,10 +140,13 @@ class SkinPresenter(Presenter):
     @property
     def refusal(self) -> str:
         """Reason why the skin cannot be changed now; empty if it can."""
+        return "" if self._opening is not None else self._refusal_of_shown
+
+    @property
+    def _refusal_of_shown(self) -> str:
+        """The same, unless the panel shows the skin of a robot that is not open yet."""
         session = self._session
         prepared = session.prepared
-        if self._opening is not None:
-            return ""
         if prepared is None:
             return "Open a robot to choose the links that its skin covers."
         if session.replay.player is not None:
@@ -154,14 +165,62 @@ class SkinPresenter(Presenter):
     def _on_prepared_changed(self, prepared: PreparedScene) -> None:
         self.preview.cancel()
         self._opening = None
+        cover = _cover(prepared)
+        if self._of_document:
+            if (choice := self._map_files.choice) is not None:
+                moved = _rebased(choice, self._applied, cover)
+                self._map_files.note_choice(None if moved == cover else moved)
+            self._applied = cover
         same = self._robot is not None and _same_robot(self._robot, prepared.robot)
         if not same:
             self.preview.close()
         self._robot = prepared.robot
         files = prepared.scene.taxel_files
         note = f"From {', '.join(files)}; a cover replaces {'it' if len(files) == 1 else 'them'}." if files else ""
-        self._panel.show_choice(SkinChoice(_cover(prepared), counts(prepared.skin), note), same_robot=same)
+        self._panel.show_choice(SkinChoice(cover, counts(prepared.skin), note), same_robot=same)
         self._on_refusal_changed()
+
+    # The choice that is not applied yet.
+
+    @property
+    def _of_document(self) -> bool:
+        """Whether the panel shows the skin of the document, or a choice for it."""
+        session = self._session
+        return self._opening is None and session.replay.player is None and session.live_input is None
+
+    def _note_choice(self) -> None:
+        if self._of_document:
+            self._map_files.note_choice(self._panel.cover if self._panel.different else None)
+
+    def _show_chosen(self, *_changed: object) -> None:
+        """Show the choice again after the panel has shown another skin."""
+        choice = self._map_files.choice
+        panel = self._panel
+        if choice is not None and self._of_document and panel.tree.rows and panel.cover != choice:
+            panel.choose(choice)
+
+    def _on_opening_stopped(self) -> None:
+        """Note a choice again that was being applied."""
+        if self._panel.different:
+            self._note_choice()
+
+    def _on_save_requested(self) -> None:
+        """Apply the choice, or report why that is not possible."""
+        choice = self._map_files.choice
+        scene = self._effects.scene
+        if choice is None or scene is None:
+            return
+        reason = self._refusal_of_shown or ("" if choice.links else "Check at least one link.")
+        if reason:
+            self._notifier.fault(f"The chosen skin is not applied. {reason}", of="change skin")
+        else:
+            with self._notifier.errors_shown("change skin", finishes=False):
+                self._apply(with_cover(scene, choice))
+
+    def _apply(self, scene: Scene) -> None:
+        self._steps.cancel()  # first, because it notes a choice whose application it cancels
+        self._map_files.note_choice(None)
+        self._change("Change skin", scene)
 
     # The panel.
 
@@ -173,10 +232,12 @@ class SkinPresenter(Presenter):
         elif self._robot is not None:
             # The areas follow: another process computes them, which may take seconds to start.
             self._panel.show_candidates(cover_candidates(self._robot, measured=False))
+            self._show_chosen()
             self.preview.show_robot(self._robot)
 
     def _on_edited(self) -> None:
         """Preview the choice; show the present skin without a choice."""
+        self._note_choice()
         scene = self._scene
         if scene is None or not self._panel.links or not (self._panel.different or self._opening):
             self.preview.cancel()
@@ -203,6 +264,7 @@ class SkinPresenter(Presenter):
             self._on_edited()
         elif prepared is not None:
             self._on_prepared_changed(prepared)
+            self._show_chosen()
         else:
             self._opening = None
             self.preview.close()
@@ -215,7 +277,7 @@ class SkinPresenter(Presenter):
         with self._notifier.errors_shown("change skin", finishes=False):
             changed = with_cover(scene, self._panel.cover)
             if self._opening is None:
-                self._change("Change skin", changed)
+                self._apply(changed)
             else:
                 self.preview.cancel()
                 path = scene.robot if Path(scene.robot).is_file() else None
@@ -313,6 +375,15 @@ def _cover(prepared: PreparedScene) -> CoverSpec:
     number = max(sum(taxels.values()), MIN_COVER_TAXELS) if several else scene.cover.taxels
     links = tuple(taxels) if several else scene.cover.links or tuple(taxels)
     return replace(scene.cover, links=(*links, *gridded), taxels=number, bare=())
+
+
+def _rebased(choice: CoverSpec, before: CoverSpec, after: CoverSpec) -> CoverSpec:
+    """Return ``after`` with what ``choice`` changes in ``before``."""
+    first = asdict(before)
+    changes = {name: value for name, value in asdict(choice).items() if value != first[name]}
+    kept = [link for link in after.links if link in choice.links or link not in before.links]
+    added = [link for link in choice.links if link not in before.links and link not in kept]
+    return replace(after, **{**changes, "links": (*kept, *added)})
 
 
 def _area(robot: Robot, link: str) -> float:

@@ -1,8 +1,9 @@
 """The user's document: its unsaved parts, the question about them, and the file of its map with autosave and recovery.
 
-The parts are map, skin, path, controller, behaviours, contact detection and effects. The map has a file of its own; the
-others are in the file of the scene. Two files of the same name, ``arm.toml`` and ``arm.npz``, are saved and opened
-together. Everything that may replace the document calls ``leave`` first.
+The parts are map, skin, path, controller, behaviours, contact detection and effects, and a skin that is chosen in the
+panel but not applied. The map has a file of its own; the others are in the file of the scene. Two files of the same
+name, ``arm.toml`` and ``arm.npz``, are saved and opened together. Everything that may replace the document calls
+``leave`` first.
 """
 
 from __future__ import annotations
@@ -45,6 +46,7 @@ from tactile_maps.scene.scene import Scene
 from tactile_maps.scene.scene_file import scene_from_toml, scene_to_toml
 from tactile_maps.session.prepare import PreparedScene
 from tactile_maps.session.runtime_settings import RuntimeSettings
+from tactile_maps.skin.fitting.cover import CoverSpec
 from tactile_maps.skin.formats.mujoco_touch import write_touch_sensors
 from tactile_widgets.common.make import make
 from tactile_widgets.common.settings import Question
@@ -57,8 +59,9 @@ from tactile_widgets.presenters.maps.scene_file_presenter import SceneFilePresen
 AUTOSAVE_MS = 20_000
 SENSORS_ENDING = ".xml"
 """Ending of the robot as MJCF with a touch sensor for each taxel."""
-_OF_MAP = ("map", "skin")
-"""Unsaved parts that the document of the map contains."""
+_CHOSEN = "chosen skin (not applied yet)"
+_OF_MAP = ("map", "skin", _CHOSEN)
+"""Unsaved parts that are lost with the document of the map."""
 _MAPS = "Tactile maps (*.npz)"
 _OPENED = "Tactile maps (*.npz *.obj *.svg)"
 
@@ -102,6 +105,8 @@ class MapFilePresenter(Presenter):
     """A file, ``unsaved`` or the edits that can be restored have changed."""
     skin_restored = Signal(Scene)
     """Open this scene, whose skin was restored."""
+    apply_requested = Signal()
+    """Apply the chosen skin, because it is being saved."""
 
     def __init__(self, context: AppContext, scene_file: SceneFilePresenter, parent: QWidget) -> None:
         super().__init__(context, parent)
@@ -122,7 +127,9 @@ class MapFilePresenter(Presenter):
         self._scene_in_file: Scene | None = None  # the scene behind a recording that is being taken over
         self._reported_unwritable = False
         self._discarded = False  # the autosave is not needed any more once the document is replaced
-        self._left: tuple[MapDocument | None, RuntimeSettings | None] | None = None  # what the user discarded
+        self._choice: CoverSpec | None = None  # in the Skin panel, not applied yet
+        # What the user discarded.
+        self._left: tuple[MapDocument | None, RuntimeSettings | None, CoverSpec | None] | None = None
         self._writer = ThreadPoolExecutor(max_workers=1, thread_name_prefix="autosave")
         self._writing: Future[bool] | None = None
         self._timer = make(QTimer, self, interval=AUTOSAVE_MS, timeout=self.autosave)
@@ -144,9 +151,22 @@ class MapFilePresenter(Presenter):
 
     @property
     def unsaved(self) -> tuple[str, ...]:
-        """Names of the parts that closing now would lose, the map first; also a skin being prepared."""
+        """Names of the parts that closing now would lose, the map first; also a skin being prepared or chosen."""
         changed = self._changed
-        return changed if "skin" in changed or not self._preparing_skin else ("skin", *changed)
+        if self._preparing_skin and "skin" not in changed:
+            changed = ("skin", *changed)
+        return changed if self._choice is None else (*changed, _CHOSEN)
+
+    @property
+    def choice(self) -> CoverSpec | None:
+        """Cover that is chosen for the skin of the document but not applied yet; None without one."""
+        return self._choice
+
+    def note_choice(self, cover: CoverSpec | None) -> None:
+        """Note the cover that is chosen and not applied yet; None without one."""
+        if cover != self._choice:
+            self._choice = cover
+            self.changed.emit()
 
     @property
     def _preparing_skin(self) -> bool:
@@ -197,6 +217,7 @@ class MapFilePresenter(Presenter):
                 self._file.drop_autosave()
         self._discarded = False
         self._left = None
+        self._choice = None
         self._new_skin = False
         self._file = None
         self._next = None
@@ -745,7 +766,10 @@ class MapFilePresenter(Presenter):
             unsaved = tuple(name for name in unsaved if name in _OF_MAP or name in lost)
 
         def go(discarding: bool) -> None:
-            self._session.cancel_loading()
+            choice = self._choice
+            self._session.cancel_loading()  # may note a skin that was being prepared as a choice again
+            if discarding:
+                self.note_choice(choice)
             self._go(then, discarding)
 
         self._ask(unsaved, go, lambda: None)
@@ -759,11 +783,19 @@ class MapFilePresenter(Presenter):
         """
         unsaved = self.unsaved
         if self._left is not None:
-            document, settings = self._left
+            document, settings, choice = self._left
             same = document is self._editor.document
+            kept = {"map": same, "skin": same, _CHOSEN: choice == self._choice}
             lost = () if settings is None else self._scene.lost(settings)
-            unsaved = tuple(name for name in unsaved if (not same if name in _OF_MAP else name in lost))
-        self._ask(unsaved, partial(self._go, then), otherwise)
+            unsaved = tuple(name for name in unsaved if not kept.get(name, name not in lost))
+
+        def go(discarding: bool) -> None:
+            if self._session.opening:
+                self._go(then, discarding)
+            else:
+                self._notifier.say("The opening was cancelled meanwhile: open it again.", of="open file")
+
+        self._ask(unsaved, go, otherwise)
 
     def stay(self) -> None:
         """Keep the document: nothing replaces it."""
@@ -772,37 +804,44 @@ class MapFilePresenter(Presenter):
 
     def _go(self, then: Callable[[], None], discarding: bool) -> None:
         self._discarded = True
-        self._left = (self._editor.document, self._scene.made) if discarding else None
+        self._left = (self._editor.document, self._scene.made, self._choice) if discarding else None
         then()
 
     def _ask(self, unsaved: tuple[str, ...], go: Callable[[bool], None], otherwise: Callable[[], None]) -> None:
         """Call ``go`` with whether the user discards unsaved parts, after saving them if not.
 
-        A skin that is being prepared is saved once it is shown.
+        A chosen skin is applied first, and a skin that is being prepared is saved once it is shown.
         """
         if not unsaved:
             go(False)
             return
+        chosen = _CHOSEN in unsaved
+        asked = self._choice
 
         def save() -> None:
             if self.save_all():
-                go(False)
+                self._ask(() if self._choice in (None, asked) else (_CHOSEN,), go, otherwise)
             else:
                 otherwise()
 
         def answered(answer: Button) -> None:
             if answer == Button.Discard:
                 go(True)
-            elif answer == Button.Save and self._preparing_skin:
-                self._saves_next = save
-            elif answer == Button.Save:
-                save()
-            else:
+                return
+            if answer == Button.Save and chosen:
+                self.apply_requested.emit()
+            if answer != Button.Save or (chosen and self._choice is not None):
                 otherwise()
+            elif self._preparing_skin:
+                self._saves_next = save
+            else:
+                save()
 
         buttons = Button.Save | Button.Discard | Button.Cancel
-        waits = " Save waits until the new skin is prepared." if self._preparing_skin else ""
-        text = f"These parts have changes that are not saved: {', '.join(unsaved)}.{waits}"
+        more = " Save waits until the new skin is prepared." if self._preparing_skin else ""
+        if chosen:
+            more = " Save applies the chosen skin first."
+        text = f"These parts have changes that are not saved: {', '.join(unsaved)}.{more}"
         self._context.dialogs.ask("leave", "Save the changes?", text, buttons, answered, default=Button.Save)
 
     def give_up(self) -> None:

@@ -1,0 +1,244 @@
+"""A choice in the Skin panel that is not applied yet is part of the document: kept, asked about, and saved."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import pytest
+from PySide6.QtWidgets import QApplication, QMessageBox
+
+from tactile_maps.scene.scene_file import load_scene
+from tactile_widgets.dialogs.dialogs import Button
+from tactile_widgets.panels.registry import PanelTab
+from tactile_widgets.session.live_input import LiveInputSettings
+from tests.widgets.presenters.test_skin_presenter import (
+    RODS,
+    begin_to_open_rods,
+    click,
+    click_box,
+    counts,
+    offered,
+    panel_of,
+    previewed,
+    wait_for_counts,
+)
+from tests.widgets.support.window_driver import answer, cancel, record_run, run
+
+pytestmark = pytest.mark.usefixtures("scene_cache")
+
+CHOSEN = "chosen skin (not applied yet)"
+LINKS = ("upper_arm", "forearm", "hand")
+
+
+def show_panel(window):
+    window.action("choose_skin").trigger()
+    QApplication.processEvents()
+    assert panel_of(window).tree.rows
+    return window
+
+
+@pytest.fixture
+def window(window_again):
+    yield show_panel(window_again)
+    window_again.live.cancel_loading()
+    window_again.live.scene_jobs.executor.hold = False
+
+
+@pytest.fixture
+def rods(tmp_path):
+    (tmp_path / "rods.xml").write_text(RODS)
+    return str(tmp_path / "rods.xml")
+
+
+def question(window):
+    """Text of the visible question, or an empty string."""
+    return next((box.text() for box in window.findChildren(QMessageBox) if box.isVisible()), "")
+
+
+def chosen(window):
+    return {*panel_of(window).tree.checked}
+
+
+def unsaved(window):
+    return window.presenters.map_files.unsaved
+
+
+def test_choice_that_is_not_applied_is_marked_and_asked_about(window, rods):
+    assert not window.isWindowModified()
+    click_box(window, "wrist")
+    assert window.isWindowModified()
+    for leave in (window.close, partial(window.presenters.files.open_path, rods)):
+        leave()
+        assert question(window).endswith(f"not saved: {CHOSEN}. Save applies the chosen skin first.")
+        answer(window, Button.Cancel)
+        assert window.isVisible()
+        assert chosen(window) == {*LINKS, "wrist"}
+    click_box(window, "wrist")
+    assert not window.isWindowModified(), "it equals the skin again"
+    panel_of(window).taxels.setValue(60)
+    assert unsaved(window) == (CHOSEN,)
+    click(window, "skin-revert")
+    assert unsaved(window) == ()
+    click_box(window, "wrist")
+    click(window, "skin-apply")
+    assert unsaved(window) == ("skin",)
+
+
+def test_discarded_choice_returns_if_the_robot_is_not_opened(window, rods):
+    click_box(window, "wrist")
+    opening = window.live.scene_jobs.executor
+    opening.hold = True
+    window.presenters.files.open_path(rods)
+    answer(window, Button.Discard)
+    cancel(window)
+    assert unsaved(window) == (CHOSEN,)
+    window.presenters.files.open_path(rods)
+    answer(window, Button.Discard)
+    opening.hold = False
+    opening.run_waiting()
+    assert question(window) == "", "asked once"
+    assert window.live.prepared.robot.name == "rods"
+    assert unsaved(window) == ()
+    assert chosen(window) == {"left", "right"}
+
+
+def test_choice_is_applied_and_saved_before_the_window_closes(new_window, tmp_path, choose_file, qtbot):
+    window = show_panel(new_window)
+    choose_file("save_file", tmp_path / "own.toml")
+    panel_of(window).taxels.setValue(61)
+    click_box(window, "wrist")
+    opening = window.live.scene_jobs.executor
+    opening.hold = True
+    window.close()
+    answer(window, Button.Save)
+    click_box(window, "elbow")
+    assert unsaved(window) == ("skin", CHOSEN)
+    opening.run_waiting()
+    qtbot.waitUntil(lambda: question(window) != "")
+    assert question(window).split(". ")[0].endswith(f"not saved: {CHOSEN[:-1]})"), "the rest is saved"
+    assert {*load_scene(str(tmp_path / "own.toml")).cover.links} == {*LINKS, "wrist"}
+    opening.hold = False
+    answer(window, Button.Save)
+    qtbot.waitUntil(lambda: not window.isVisible())
+    assert {*load_scene(str(tmp_path / "own.toml")).cover.links} == {*LINKS, "wrist", "elbow"}
+
+
+def test_choice_that_cannot_be_applied_keeps_the_document_and_states_why(window, rods, tmp_path):
+    click_box(window, "wrist")
+    window.live.recording.start(tmp_path / "a.mcap")
+    window.presenters.files.open_path(rods)
+    answer(window, Button.Save)
+    assert "not applied. A recording is being made" in window.notification_bar.text
+    window.live.recording.stop()
+    for link in chosen(window):
+        click_box(window, link)
+    window.presenters.files.open_path(rods)
+    answer(window, Button.Save)
+    assert "Check at least one link" in window.notification_bar.text
+    assert unsaved(window) == (CHOSEN,)
+    click_box(window, "hand")
+    panel = panel_of(window)
+    panel.amount.setCurrentIndex(panel.amount.findData("pitch"))
+    panel.pitch.setValue(0.5)
+    window.presenters.files.open_path(rods)
+    answer(window, Button.Save)
+    assert "more than 20,000 taxels" in window.notification_bar.text
+    assert window.live.prepared.robot.name == "arm"
+    assert unsaved(window) == (CHOSEN,)
+
+
+def test_choice_waits_during_a_recording_or_a_connection(window, tmp_path, qtbot):
+    record_run(window, tmp_path / "a.mcap", 0.1)
+    click_box(window, "wrist")
+    wait_for_counts(window, qtbot)
+    window.live.open_recording(tmp_path / "a.mcap")
+    assert chosen(window) == {*LINKS}
+    window.close()
+    assert CHOSEN in question(window)
+    answer(window, Button.Save)
+    assert "not applied. A recording is shown" in window.notification_bar.text
+    window.live.replay.leave()
+    assert chosen(window) == {*LINKS, "wrist"}
+    wait_for_counts(window, qtbot)
+    assert previewed(window) == {*LINKS, "wrist"}
+    (tmp_path / "readings.csv").write_text("# unit: Pa\ntime,0,1\n0.0,0,0\n0.1,0,0\n")
+    window.live.connection.open(LiveInputSettings(str(tmp_path / "readings.csv")))
+    assert chosen(window) == {*LINKS}
+    window.action("disconnect").trigger()
+    assert chosen(window) == {*LINKS, "wrist"}
+    assert unsaved(window) == (CHOSEN,)
+
+
+def test_choice_is_shown_again_after_the_panel_showed_a_robot_that_is_not_open(window, tmp_path):
+    record_run(window, tmp_path / "a.mcap", 0.1)
+    begin_to_open_rods(window, tmp_path)
+    click_box(window, "wrist")
+    window.action("choose_links").trigger()
+    assert chosen(window) == {"left", "right"}
+    click_box(window, "left")
+    assert unsaved(window) == (CHOSEN,), "of the arm"
+    click(window, "skin-revert")
+    assert chosen(window) == {*LINKS, "wrist"}
+    begin_to_open_rods(window, tmp_path, discarding=True)
+    window.action("choose_links").trigger()
+    window.column.show_tab(PanelTab.TOUCH)
+    window.live.open_recording(tmp_path / "a.mcap")
+    window.live.scene_jobs.executor.run_waiting()
+    window.live.replay.leave()
+    assert unsaved(window) == (CHOSEN,)
+    show_panel(window)
+    assert chosen(window) == {*LINKS, "wrist"}
+
+
+def test_other_changes_of_the_skin_are_part_of_the_choice(window):
+    panel = panel_of(window)
+    click_box(window, "wrist")
+    click_box(window, "hand")
+    panel.margin.setValue(12.0)
+    offered(window, "elbow")["cover"].run()
+    run(window, 0.02)
+    assert counts(window).keys() == {*LINKS, "elbow"}
+    assert chosen(window) == {"upper_arm", "forearm", "elbow", "wrist"}
+    assert panel.cover.margin == 0.012
+    assert panel.taxels.value() == sum(counts(window).values())
+    assert unsaved(window) == ("skin", CHOSEN)
+    offered(window, "forearm")["remove-skin"].run()
+    run(window, 0.02)
+    assert chosen(window) == {"upper_arm", "elbow", "wrist"}
+    window.action("undo").trigger()
+    window.action("undo").trigger()
+    assert counts(window).keys() == {*LINKS}
+    assert chosen(window) == {"upper_arm", "forearm", "wrist"}
+    assert unsaved(window) == (CHOSEN,)
+
+
+def test_choice_made_while_a_robot_is_opened_is_saved_instead(window, tmp_path, choose_file, rods, qtbot):
+    choose_file("save_file", tmp_path / "own.toml")
+    opening = window.live.scene_jobs.executor
+    opening.hold = True
+    panel_of(window).taxels.setValue(160)
+    window.presenters.files.open_path(rods)
+    answer(window, Button.Discard)
+    click_box(window, "wrist")
+    opening.hold = False
+    opening.run_waiting()
+    answer(window, Button.Save)
+    qtbot.waitUntil((tmp_path / "own.toml").exists)
+    assert "opening was cancelled" in window.notification_bar.text
+    assert window.live.prepared.robot.name == "arm"
+    assert counts(window).keys() == {*LINKS, "wrist"}
+    assert unsaved(window) == ()
+
+
+def test_choice_whose_application_is_cancelled_is_asked_about_again(window):
+    window.live.scene_jobs.executor.hold = True
+    panel_of(window).taxels.setValue(62)
+    click(window, "skin-apply")
+    assert unsaved(window) == ("skin",)
+    cancel(window)
+    assert unsaved(window) == (CHOSEN,)
+    click(window, "skin-apply")
+    panel_of(window).taxels.setValue(63)
+    assert unsaved(window) == ("skin", CHOSEN)
+    click(window, "skin-apply")
+    assert unsaved(window) == ("skin",), "instead of the first"
