@@ -51,7 +51,17 @@ def test_invalid_options_are_rejected(source, tmp_path, words, status, capsys):
 
 def test_part_after_the_end_is_rejected_with_the_possible_range(source, tmp_path, capsys):
     assert run_command(["trim", source, "-o", str(tmp_path / "x.mcap"), "--from", "90"], windows={}) == 1
-    duration = f"{RecordingPlayer(source).duration:.2f}"
+    duration = RecordingPlayer(source).duration
     (line,) = [line for line in capsys.readouterr().err.splitlines() if "90 s" in line]
     assert f"which is {duration} s long (found: 90 s). Give --from a time from 0 to {duration}." in line
     assert not (tmp_path / "x.mcap").exists()
+
+
+def test_part_beyond_the_end_ends_with_the_recording_and_a_warning(source, tmp_path, capsys):
+    words = ["trim", source, "-o", str(tmp_path / "x.mcap"), "--from", "0.1", "--to"]
+    player = RecordingPlayer(source)
+    assert run_command([*words, "90"], windows={}) == 0
+    assert f"at which the part ends: {player.duration} s" in capsys.readouterr().err
+    assert RecordingPlayer(tmp_path / "x.mcap").frame(-1).tick == player.frame(-1).tick
+    assert run_command([*words, str(player.duration), "--overwrite"], windows={}) == 0
+    assert not capsys.readouterr().err
