@@ -724,7 +724,7 @@ class MapFilePresenter(Presenter):
     @property
     def _scene_text(self) -> str:
         """The scene that runs as text, if it has changes that are not saved; else empty."""
-        scene = self._scene.scene
+        scene = self._scene.to_write
         return scene_to_toml(scene) if scene is not None and {*self._changed} - {"map"} else ""
 
     def _written(self) -> bool:

@@ -146,7 +146,19 @@ class SceneFilePresenter(Presenter):
             scene = replace(scene, behaviours=behaviours_to(made.behaviours))
         if reading_from(scene.reading) != made.reading:
             scene = replace(scene, reading=reading_values(made.reading))
-        return with_effects(scene, made.effects)  # the effects that a scene decides depend on its controller
+        return scene
+
+    @property
+    def to_write(self) -> Scene | None:
+        """The same with overrides of effects that it would decide differently, for example for its new controller."""
+        scene = self.scene
+        made = self.made
+        if scene is None or made is None:
+            return None
+        try:
+            return with_effects(scene, made.effects)
+        except SceneError:
+            return scene  # these effects contradict each other, so that the session rejects them in its next tick
 
     def restore(self, scene: Scene) -> None:
         """Restore the settings of a scene that were not saved."""
@@ -175,13 +187,13 @@ class SceneFilePresenter(Presenter):
         """
         written = self.path is not None and _is_written_here(self.path)
         path = str(self.path) if written else self._ask_path(self.scene, self._own_name)
-        return bool(path) and self._write(path, self.scene, own=True)
+        return bool(path) and self._write(path, self.to_write, own=True)
 
     def save(self, path: str) -> bool:
         """Save the scene that is shown. Return whether it was saved."""
         if self._session.replay.player is not None:
             return self._write(path, self._effects.scene, own=False)
-        return self._write(path, self.scene, own=True)
+        return self._write(path, self.to_write, own=True)
 
     @property
     def _own_name(self) -> str:
