@@ -816,11 +816,11 @@ class MapFilePresenter(Presenter):
             go(False)
             return
         chosen = _CHOSEN in unsaved
-        asked = self._choice
+        choice = self._choice
 
         def save() -> None:
             if self.save_all():
-                self._ask(() if self._choice in (None, asked) else (_CHOSEN,), go, otherwise)
+                self._ask(() if self._choice in (None, choice) else (_CHOSEN,), go, otherwise)
             else:
                 otherwise()
 
