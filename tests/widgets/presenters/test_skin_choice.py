@@ -123,6 +123,21 @@ def test_choice_is_applied_and_saved_before_the_window_closes(new_window, tmp_pa
     assert {*load_scene(str(tmp_path / "own.toml")).cover.links} == {*LINKS, "wrist", "elbow"}
 
 
+def test_save_applies_the_choice_and_saves_it_once_it_is_shown(window, tmp_path, choose_file, qtbot):
+    choose_file("save_file", tmp_path / "own.toml")
+    opening = window.live.scene_jobs.executor
+    opening.hold = True
+    panel_of(window).taxels.setValue(63)
+    click_box(window, "wrist")
+    window.action("save").trigger()
+    assert not (tmp_path / "own.toml").exists()
+    opening.hold = False
+    opening.run_waiting()
+    qtbot.waitUntil((tmp_path / "own.toml").exists)
+    assert {*load_scene(str(tmp_path / "own.toml")).cover.links} == {*LINKS, "wrist"}
+    assert unsaved(window) == ()
+
+
 def test_choice_that_cannot_be_applied_keeps_the_document_and_states_why(window, rods, tmp_path):
     click_box(window, "wrist")
     window.live.recording.start(tmp_path / "a.mcap")

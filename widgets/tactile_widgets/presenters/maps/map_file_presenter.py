@@ -141,7 +141,7 @@ class MapFilePresenter(Presenter):
         context.session.replay.taken_over.connect(self._on_taken_over)
         context.actions.bind(
             open_map=self.choose_open,
-            save=self.save_all,
+            save=self._save_applied,
             save_map_as=self.choose_save,
             export_map=self.choose_export,
             restore_map=self.restore,
@@ -561,6 +561,15 @@ class MapFilePresenter(Presenter):
         )
 
     # Saving.
+
+    def _save_applied(self) -> None:
+        """Save all changes, after the chosen skin is applied if that is possible, and once it is shown."""
+        if self._choice is not None:
+            self.apply_requested.emit()
+        if self._preparing_skin:
+            self._saves_next = self._save_applied
+        else:
+            self.save_all()
 
     def save_all(self) -> bool:
         """Save all changes: the scene if it contains any, and the map if it was edited. Return success.
