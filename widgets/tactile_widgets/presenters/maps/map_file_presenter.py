@@ -802,7 +802,7 @@ class MapFilePresenter(Presenter):
             if self._session.opening:
                 self._go(then, discarding)
             else:
-                self._notifier.say("The opening was cancelled meanwhile: open it again.", of="open file")
+                self._notifier.say("The opening was cancelled meanwhile: open it again.")
 
         self._ask(unsaved, go, otherwise)
 
