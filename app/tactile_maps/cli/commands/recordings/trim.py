@@ -47,12 +47,13 @@ def _row(one: TrimResult) -> dict[str, object]:
 
 
 def _part(player: RecordingPlayer, arguments: argparse.Namespace) -> TrimResult:
-    end = round(player.duration, 3)
-    if arguments.start > end:
+    end = round(player.duration, 3)  # as stated in messages; a time that is given so is within the recording
+    latest = max(end, player.duration)
+    if arguments.start > latest:
         problem = f"--from is after the end of the recording, which is {end} s long"
         remedy = f"Give --from a time from 0 to {end}"
         raise RecordingError(problem, file=player.path, value=f"{arguments.start:g} s", remedy=remedy)
-    if arguments.end is not None and arguments.end > end:
+    if arguments.end is not None and arguments.end > latest:
         print_warning(f"--to is after the end of the recording, at which the part ends: {end} s")
     first = player.tick_at(arguments.start)
     last = None if arguments.end is None else player.tick_at(arguments.end)
