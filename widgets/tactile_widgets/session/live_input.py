@@ -26,7 +26,7 @@ from tactile_maps.live.prepare import as_measured
 from tactile_maps.live.session.connection import Connection, ConnectionStatus
 from tactile_maps.live.session.facts import MeasuredFacts, silent_text, swapped_texts
 from tactile_maps.live.session.measured_session import MeasuredSession, ReadingLevels
-from tactile_maps.live.session.reading_gap import GapWatch, ReadingGap
+from tactile_maps.live.session.reading_gap import GapWatch, PacketProblem, ProblemWatch, ReadingGap
 from tactile_maps.live.sources.open import SourceOptions, open_source
 from tactile_maps.session.frame import Frame
 from tactile_maps.session.inputs import MapEdited
@@ -115,6 +115,7 @@ class LiveInput:
             self.connection.open()  # a slow source is opened on the thread, which reports failures
         self._runner: SessionRunner | None = None
         self._gaps = GapWatch()
+        self._problems = ProblemWatch()
         self._check: SkinCheck | None = None
         self._watching = ExitStack()
         clock = settings.options.clock
@@ -151,6 +152,10 @@ class LiveInput:
     def gap(self, status: ConnectionStatus, facts: MeasuredFacts) -> ReadingGap | None:
         """Return the current gap in the readings; None while readings are used."""
         return self._gaps.find(status, facts, self.age)
+
+    def problems(self, status: ConnectionStatus, facts: MeasuredFacts) -> tuple[PacketProblem, ...]:
+        """Return the problems of the packets so far."""
+        return self._problems.find(status, facts, self.settings.options.clock())
 
     def levels(self) -> tuple[ReadingLevels, ReadingUnits]:
         """Return the newest readings with the thresholds and noise of the taxels, and their units."""

@@ -21,7 +21,7 @@ from tactile_widgets.panels.control.controller_panel import ControllerPanel
 from tactile_widgets.panels.model.effects_panel import EffectsPanel
 from tactile_widgets.panels.panel_column import COLUMN_WIDTH
 from tactile_widgets.panels.touch.contacts_panel import ContactsPanel
-from tactile_widgets.panels.touch.live_input_panel import LiveInputPanel, _texts
+from tactile_widgets.panels.touch.live_input_panel import LiveInputPanel, _texts, _troubles
 from tactile_widgets.session.live_input import LiveInputSettings
 from tests.support.touch import arm
 from tests.widgets.support.mouse import left_click
@@ -95,13 +95,13 @@ def test_statistics_of_the_arrival_have_units():
         ConnectionState.RECONNECTING, "udp://:9870", counts, 99.6, Delay(0.0104, 2.0, 3.0), reconnects=2, next_try=1.5
     )
     facts = SimpleNamespace(readings=96, refused=4, unheard=10, mistimed=0, combined=0)
-    assert _texts(status, facts, 150) == {
+    assert _troubles(status, facts) == ["4\u00a0rejected", "1\u00a0late", "2\u00a0reconnects"]
+    assert _texts(status, facts, None, 150) == {
         "state": "Reconnecting in 1.5\u202fs",
         "rate": "100\u202fHz",
         "delay": "10.4, 2000.0\u202fms",
         "loss": "4\u202f%",
         "counts": "96",
-        "trouble": "1 late, 4 rejected, 2 reconnects",
         "taxels": "140 of 150",
     }
 
@@ -173,12 +173,22 @@ def test_no_simulated_finger_is_offered_on_a_real_skin(window, tmp_path):
     assert contacts.fingers.isVisible()
 
 
-def test_panel_with_many_problems_fits_the_column(window, tmp_path):
+def test_as_many_troubles_are_named_as_fit(window, tmp_path):
     panel = connected(window, tmp_path)
-    counts = (f"{12345} {name}" for name in ("malformed", "duplicated", "reordered", "late", "restarts", "rejected"))
-    panel.findChild(QLabel, "live-trouble").setText(", ".join(counts))
+    label = panel.findChild(QLabel, "live-trouble")
+    names = ("rejected", "malformed", "duplicated", "reordered", "late", "restarts", "superseded")
+    troubles = [f"{12345}\u00a0{name}" for name in names]
+    for _ in range(2):  # as often as it is shown
+        panel._show_troubles(troubles)
+        assert label.text().startswith(", ".join(troubles[:2]))
+        assert label.heightForWidth(label.width()) <= label.height()
+        assert label.toolTip() == ", ".join(troubles)
+        named = label.text().count(",")
+        assert label.text().endswith(f"+\u202f{len(troubles) - named}\u00a0more")
     QApplication.sendPostedEvents()  # lay out, without a refresh by the panel's timer
     assert panel.minimumSizeHint().width() <= COLUMN_WIDTH - 8, "a scroll bar must fit next to it"
+    panel._show_troubles(troubles[:1])
+    assert (label.text(), label.toolTip()) == (troubles[0], "")
     window.live.connection.close()
 
 
@@ -389,7 +399,7 @@ def test_readings_of_fewer_than_three_quarters_of_the_taxels_are_questioned(wind
     window.live.connection.close()
 
 
-def test_troubles_are_counted_in_two_lines_with_singular_and_plural(window, tmp_path):
+def test_troubles_are_counted_with_singular_and_plural(window, tmp_path):
     """Two restarts of the sender's count, of which the second one repeats a packet."""
     panel = connected(window, tmp_path, (20,) * 5)
     assert text(panel, "trouble") == "None"
@@ -403,7 +413,6 @@ def test_troubles_are_counted_in_two_lines_with_singular_and_plural(window, tmp_
     run(window, 2.0)
     panel.refresh()
     label = panel.findChild(QLabel, "live-trouble")
-    assert re.fullmatch(r"(1 \w+, )?1 restart", label.text())
+    assert re.fullmatch(r"(1\xa0\w+, )?1\xa0restart", label.text())
     assert label.wordWrap()
-    assert label.height() >= 2 * label.fontMetrics().lineSpacing()
     window.live.connection.close()

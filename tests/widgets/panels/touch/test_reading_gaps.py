@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QApplication, QLabel, QPushButton, QWidget
 from tactile_maps.live.readings.readings import Reading, Unit
 from tactile_maps.live.readings.wire_format import encode_binary
 from tactile_maps.live.sources.open import SourceOptions
+from tactile_widgets.common.note_list import NoteList
 from tactile_widgets.panels.touch.live_input_panel import LiveInputPanel
 from tactile_widgets.session.live_input import LiveInputSettings
 from tests.support.simulated_clock import SimulatedClock
@@ -55,6 +56,14 @@ class Stream:
         return self.panel.findChild(QLabel, "live-baseline").text()
 
     @property
+    def state(self):
+        return self.panel.findChild(QLabel, "live-state").text()
+
+    @property
+    def notes(self):
+        return self.panel.findChild(NoteList, "live-notes")
+
+    @property
     def messages(self):
         return [message.text for message in self.window.notification_bar.messages]
 
@@ -93,6 +102,49 @@ def test_rejected_packets_are_reported_until_readings_arrive(stream, untouched):
     assert f"{len(untouched) - 7}" in message
     stream.send(untouched)
     assert stream.messages == []
+
+
+@pytest.mark.parametrize("fitting", [False, True])
+def test_state_reports_that_all_packets_are_rejected(stream, untouched, fitting):
+    """Packets that cannot be decoded, and readings of another skin, which the connection receives."""
+    stream.window.resize(1366, 768)
+    stream.send(untouched, 3)
+    assert stream.state == "Receiving"
+    for _ in range(12):
+        if fitting:
+            stream.send(untouched[:-7])
+        else:
+            stream.send_packet(b"no reading")
+    assert stream.state == "All packets are rejected"
+    (note,) = [note for note in stream.notes.notes if note.fault]
+    assert note.head == "Problem"
+    assert stream.panel.findChild(QLabel, "live-state").toolTip() == note.text
+    QApplication.processEvents()
+    shown = stream.notes.viewport()
+    assert shown.visibleRegion().boundingRect() == shown.rect(), "in view at this height"
+    assert stream.notes.notes[0] == note
+    stream.send(untouched)
+    assert stream.state == "Receiving"
+
+
+def test_problem_that_is_over_is_no_fault_and_states_its_age(stream, untouched):
+    def faults():
+        return [note.head for note in stream.notes.notes if note.fault]
+
+    def earlier():
+        return [note.head for note in stream.notes.notes if note.head.startswith("Earlier")]
+
+    stream.send(untouched)
+    stream.send_packet(b"no reading")
+    stream.wait(60.0)
+    assert faults() == ["Problem"], "no reading was used since"
+    stream.send(untouched, 2)
+    assert (faults(), earlier()) == ([], ["Earlier problem, 1\u202fmin ago"])
+    stream.send_packet(b"no reading")
+    stream.send(untouched)
+    assert (faults(), earlier()) == (["Problem"], []), "just now"
+    stream.wait(5.0)
+    assert (faults(), earlier()) == ([], ["Earlier problem, less than 1\u202fmin ago"])
 
 
 def test_rejected_packets_between_readings_are_not_reported(stream, untouched):
@@ -164,6 +216,10 @@ def test_tare_of_a_touched_skin_is_questioned_until_one_follows_without_a_touch(
     (message,) = window.notification_bar.messages
     assert (message.warning, message.fault, message.leaves) == (True, False, False)
     assert skin.taxel_text(30) in message.text
+    assert "taxels seemed touched during the tare: tare again." in stream.baseline
+    label = stream.panel.findChild(QLabel, "live-baseline")
+    assert skin.taxel_text(30) in label.toolTip()
+    assert label.heightForWidth(label.width()) <= label.height()
     assert message.text.endswith("contacts there are hidden. Leave the skin untouched and tare again.")
     toast = window.notification_bar.findChild(QWidget, "message-bar")
     assert toast.grab().toImage().pixelColor(1, toast.height() // 2).name() == window.theme.warning
@@ -172,8 +228,10 @@ def test_tare_of_a_touched_skin_is_questioned_until_one_follows_without_a_touch(
     tare(*[0.0] * 20, *[1.0] * 20, *[0.0] * 10)
     (message,) = window.notification_bar.messages
     assert "A part of the tare was left out for " in message.text
+    assert stream.baseline.endswith("touched during a part of the tare.")
     left_click(stream.tare)
     tare(*[0.0] * 49)
     assert window.notification_bar.messages == (message,), "until the tare is complete"
     tare(0.0)
     assert window.notification_bar.messages == ()
+    assert stream.baseline == "Tared."

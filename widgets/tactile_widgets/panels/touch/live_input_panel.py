@@ -12,7 +12,7 @@ from tactile_maps.core.errors import counted, names_text
 from tactile_maps.live.calibration.calibration import ValueMode
 from tactile_maps.live.session.connection import ConnectionState, ConnectionStatus, refused_text
 from tactile_maps.live.session.facts import MeasuredFacts, few_heard
-from tactile_maps.live.session.reading_gap import ReadingGap
+from tactile_maps.live.session.reading_gap import GapCause, PacketProblem, ReadingGap
 from tactile_widgets.common.colours import Theme
 from tactile_widgets.common.make import ElidedLabel, add_fact, caption_label, make, push_button, row_layout
 from tactile_widgets.common.note_list import Note, NoteList
@@ -26,7 +26,8 @@ from tactile_widgets.session.live_input import LiveInput
 _REFRESH_MS = 250
 _JUDGED_READINGS = 20
 """Number of readings from which on taxels without a value are reported: packets may contain parts of the skin."""
-_TROUBLE_LINES = 2
+_TROUBLE_LINES = 3
+"""Lines of the row *Trouble*, which names as many kinds as fit."""
 _MODES = {ValueMode.RAW: "Raw", ValueMode.BASELINE: "Above the baseline", ValueMode.PRESSURE: "Pressure (kPa)"}
 _ROWS = {
     "state": ("State", "State of the connection; a source that breaks is opened again automatically"),
@@ -93,11 +94,12 @@ class LiveInputPanel(ConnectedPanel):
         self.column.addLayout(row_layout(self._tare, weight, leave))
         grid = self.grid()
         grid.setColumnStretch(1, 1)
-        trouble = make(QLabel, self, objectName="live-trouble", wordWrap=True)
+        lines = (_TROUBLE_LINES - 1) * "\n"
+        self._trouble = make(QLabel, lines, self, objectName="live-trouble", wordWrap=True)
+        self._trouble.setFixedHeight(self._trouble.sizeHint().height())
         self._values: dict[str, QLabel] = {
-            key: trouble if key == "trouble" else ElidedLabel(f"live-{key}", self) for key in _ROWS
+            key: self._trouble if key == "trouble" else ElidedLabel(f"live-{key}", self) for key in _ROWS
         }
-        trouble.setFixedHeight(_TROUBLE_LINES * trouble.fontMetrics().lineSpacing())
         for number, (key, (text, tip)) in enumerate(_ROWS.items()):
             self._values[key].setAlignment(Qt.AlignmentFlag.AlignRight)
             name = add_fact(grid, number, text, tip, self._values[key])
@@ -113,11 +115,11 @@ class LiveInputPanel(ConnectedPanel):
         tip = "List the channels that send nothing, and those that seem swapped"
         self._channels = push_button(self, "live-channels", "All work", tip, self._on_channels_clicked, checkable=True)
         add_fact(grid, len(_ROWS) + 2, "Channels", tip, self._channels)
+        self._notes = NoteList("live-notes", "Problems of the readings", _NO_NOTES, self)
+        self.column.addWidget(self._notes)
         self.distribution = ReadingDistribution(self)
         self.distribution.reading_edited.connect(self.reading_edited)
         self.column.addWidget(self.distribution)
-        self._notes = NoteList("live-notes", "Problems of the readings", _NO_NOTES, self)
-        self.column.addWidget(self._notes)
 
     def follow(self, selection: TaxelSelection) -> None:
         super().follow(selection)
@@ -147,14 +149,16 @@ class LiveInputPanel(ConnectedPanel):
         facts, silent = self._input.facts()
         self._address.setText(status.address)
         self.rate_changed.emit(status.rate)
-        for key, text in _texts(status, facts, len(self._input.origin.skin)).items():
+        gap = self._input.gap(status, facts)
+        for key, text in _texts(status, facts, gap, len(self._input.origin.skin)).items():
             self._values[key].setText(text)
+        self._values["state"].setToolTip("" if gap is None else as_sentence(gap.reason))
+        self._show_troubles(_troubles(status, facts))
         if self.weight is not None:
             self.weight.show_facts(facts, error=self._weight_error)
         if self.distribution.isVisible():
             self.distribution.show_levels(*self._input.levels())
         self._mode.setCurrentIndex(list(_MODES).index(facts.mode))
-        gap = self._input.gap(status, facts)
         self._show_baseline(facts, gap, over=status.state in (ConnectionState.ENDED, ConnectionState.FAILED))
         self.gap_reported.emit(gap)
         self.facts_shown.emit(facts)
@@ -163,13 +167,23 @@ class LiveInputPanel(ConnectedPanel):
         _request(self._inverted, requested=facts.falling)
         swapped = self._input.swapped(facts)
         self._channels.setText(_channels_text(facts, len(silent), len(self._input.origin.skin)))
-        notes = _notes(status, facts, len(self._input.origin.skin))
+        notes = _notes(status, facts, self._input.problems(status, facts), len(self._input.origin.skin))
         if self._error:
             notes.insert(0, Note("Not possible", as_sentence(self._error), fault=True))
         if self._channels.isChecked():
             notes += [Note(_SILENT, text) for text in silent] + [Note(_SWAPPED, text) for text in swapped]
         if tuple(notes) != self._notes.notes:  # otherwise the list would scroll back
             self._notes.show_notes(notes)
+
+    def _show_troubles(self, troubles: list[str]) -> None:
+        """Name as many troubles as fit in the row; the tool tip names all."""
+        label = self._trouble
+        shown = len(troubles)
+        label.setText(", ".join(troubles) or "None")
+        while shown and label.heightForWidth(label.width()) > label.height():
+            shown -= 1
+            label.setText(", ".join([*troubles[:shown], f"+\u202f{len(troubles) - shown} more".replace(" ", "\u00a0")]))
+        label.setToolTip("" if shown == len(troubles) else ", ".join(troubles))
 
     def _on_channels_clicked(self, listed: bool) -> None:
         """List the channels that do not work, or hide them; the list may be below the edge of the window."""
@@ -188,14 +202,17 @@ class LiveInputPanel(ConnectedPanel):
             gap: Gap in the readings, for which a tare waits; None while readings are used.
             over: Whether no more readings will arrive.
         """
-        text = _TARING if facts.taring else _AWAITED if facts.awaits_tare else "Tared." if facts.tared else "Not tared."
+        text = _TARING if facts.taring else _AWAITED if facts.awaits_tare else "Not tared."
+        reason = ""
+        if facts.tared and not facts.taring and not facts.awaits_tare:
+            text, reason = _tare_texts(facts)
         if over and (facts.taring or facts.awaits_tare):
             text = f"Not tared: the source ended after {counted(facts.readings, 'reading')}."
         elif gap is not None and facts.taring:
             text = f"The tare waits for readings: {gap.cause}."
         taring = facts.taring and not over
         self._baseline.setText(text)
-        self._baseline.setToolTip("" if gap is None else as_sentence(gap.reason))
+        self._baseline.setToolTip(reason if gap is None else as_sentence(gap.reason))
         self._tare.setEnabled(not (facts.taring or over))
         self._tare.setText(("Taring…" if gap is None else "Waiting…") if taring else "Tare")
         _request(self._tare, requested=self._tare.isEnabled() and (facts.awaits_tare or bool(facts.held_in_tare)))
@@ -252,25 +269,41 @@ def _request(button: QPushButton, *, requested: bool) -> None:
         button.style().polish(button)
 
 
-def _texts(status: ConnectionStatus, facts: MeasuredFacts, taxels: int) -> dict[str, str]:
+def _texts(status: ConnectionStatus, facts: MeasuredFacts, gap: ReadingGap | None, taxels: int) -> dict[str, str]:
     counts = status.counts
     delay = status.delay
     state = status.state.value.capitalize()
     if status.state is ConnectionState.RECONNECTING and status.next_try is not None:
         state = f"Reconnecting in {status.next_try:.1f}\u202fs"
-    kinds = ("malformed", "duplicated", "reordered", "late", "restarts", "overflowed", "superseded")
-    trouble = {name: getattr(counts, name) for name in kinds}
-    trouble |= {"rejected": facts.refused, "mistimed": facts.mistimed}
-    trouble |= {"combined": facts.combined, "reconnects": status.reconnects}
+    elif gap is not None and gap.cause is GapCause.REJECTED:
+        state = gap.cause.value.capitalize()
     return {
         "state": state,
         "rate": f"{status.rate:.0f}\u202fHz",
         "delay": "–" if delay is None else f"{1e3 * delay.median:.1f}, {1e3 * delay.p95:.1f}\u202fms",
         "loss": f"{100 * counts.loss:.2g}\u202f%",
         "counts": f"{facts.readings}, {status.waiting} wait" if status.waiting else str(facts.readings),
-        "trouble": ", ".join(_counted(number, name) for name, number in trouble.items() if number) or "None",
         "taxels": f"{taxels - facts.unheard} of {taxels}",
     }
+
+
+def _troubles(status: ConnectionStatus, facts: MeasuredFacts) -> list[str]:
+    """Return the troubles with their counts; a line is not broken within one."""
+    kinds = ("malformed", "duplicated", "reordered", "late", "restarts", "overflowed", "superseded")
+    trouble = {"rejected": facts.refused} | {name: getattr(status.counts, name) for name in kinds}
+    trouble |= {"mistimed": facts.mistimed, "combined": facts.combined, "reconnects": status.reconnects}
+    return [_counted(number, name).replace(" ", "\u00a0") for name, number in trouble.items() if number]
+
+
+def _tare_texts(facts: MeasuredFacts) -> tuple[str, str]:
+    """Return how the tare went, and the taxels that were touched during it."""
+    if facts.held_in_tare:
+        touched = counted(len(facts.held_in_tare), "taxel")
+        return f"Tared, but {touched} seemed touched during the tare: tare again.", names_text(facts.held_in_tare)
+    if facts.touched_in_tare:
+        touched = counted(len(facts.touched_in_tare), "taxel")
+        return f"Tared; {touched} touched during a part of the tare.", names_text(facts.touched_in_tare)
+    return "Tared.", ""
 
 
 def _counted(number: int, name: str) -> str:
@@ -290,10 +323,13 @@ def _channels_text(facts: MeasuredFacts, silent: int, taxels: int) -> str:
     return ", ".join(text for text, count in texts.items() if count) or "All work"
 
 
-def _notes(status: ConnectionStatus, facts: MeasuredFacts, taxels: int) -> list[Note]:
-    """Return warnings and problems."""
-    problems = (status.problem, facts.problem, status.malformed)
-    notes = [Note("Problem", as_sentence(text), fault=True) for text in problems if text]
+def _notes(
+    status: ConnectionStatus, facts: MeasuredFacts, problems: tuple[PacketProblem, ...], taxels: int
+) -> list[Note]:
+    """Return warnings and problems; problems that are over are no faults and state their age."""
+    notes = [Note("Problem", as_sentence(status.problem), fault=True)] if status.problem else []
+    notes += [Note("Problem", as_sentence(one.text), fault=True) for one in problems if not one.over]
+    earlier = [Note(f"Earlier problem, {one.age}", as_sentence(one.text)) for one in problems if one.over]
     if status.refused:
         notes.append(Note("Rejected packets of a second sender", refused_text(status.refused)))
     over = status.state is ConnectionState.ENDED
@@ -323,4 +359,4 @@ def _notes(status: ConnectionStatus, facts: MeasuredFacts, taxels: int) -> list[
         notes.append(Note("Taxels with a wrong number of channels", names_text(facts.wrong_channels)))
     if facts.unknown_joints:
         notes.append(Note("Joints that the robot does not have", names_text(facts.unknown_joints)))
-    return notes
+    return notes + earlier
