@@ -72,9 +72,29 @@ def push_button(
     return make(QPushButton, text, parent, objectName=name, toolTip=tip, **settings)
 
 
-def caption_label(parent: QWidget, name: str = "", text: str = "") -> QLabel:
+class SteadyLabel(QLabel):
+    """Label that keeps the height of its highest text since its width changed, so that nothing around it moves.
+
+    A shorter text in the last row of a page that is scrolled to its end would move the whole page.
+    """
+
+    def setText(self, text: str) -> None:
+        super().setText(text)
+        self._reserve()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        if event.size().width() != event.oldSize().width():
+            self.setMinimumHeight(0)
+            self._reserve()
+
+    def _reserve(self) -> None:
+        self.setMinimumHeight(max(self.minimumHeight(), self.heightForWidth(self.width())))
+
+
+def caption_label(parent: QWidget, name: str = "", text: str = "", *, kind: type[QLabel] = QLabel) -> QLabel:
     """Construct a label for small, quiet text that wraps."""
-    return make(QLabel, text, parent, objectName=name, role="caption", wordWrap=True)
+    return make(kind, text, parent, objectName=name, role="caption", wordWrap=True)
 
 
 class RichLabel(QLabel):

@@ -212,9 +212,9 @@ class Panel(QWidget):
     def set_theme(self, theme: Theme) -> None:
         """Apply a theme beyond the palette."""
 
-    def caption(self, text: str = "", name: str = "") -> QLabel:
+    def caption(self, text: str = "", name: str = "", *, kind: type[QLabel] = QLabel) -> QLabel:
         """Add a line of small dimmed text at the end of the column."""
-        label = caption_label(self, name, text)
+        label = caption_label(self, name, text, kind=kind)
         label.setMinimumWidth(1)  # a long path in it is cut, and does not widen the panel
         self.column.addWidget(label)
         return label

@@ -145,6 +145,60 @@ def test_switch_does_not_move_when_it_is_armed(panel):
     armed.setStyleSheet("")
 
 
+def test_buttons_do_not_move_while_texts_come_and_go(panel, driver, window_again):
+    """The page is scrolled to its end, where a text that became shorter would move it."""
+    window_again.resize(1366, 768)
+    panel.findChild(QLineEdit, "motion-address").setText(f"udp://127.0.0.1:{driver.getsockname()[1]}")
+    page = window_again.column.page_of(panel)
+    window_again.column.reveal(panel)
+    armed = panel.findChild(QPushButton, "motion-arm")
+    notes = panel.findChild(QLabel, "motion-notes")
+    assert "no desired motion" in notes.text()
+
+    def place():
+        for _ in range(4):  # layouts settle in their own time
+            QApplication.processEvents()
+        return armed.mapTo(window_again, armed.rect().topLeft())
+
+    place()
+    page.verticalScrollBar().setValue(page.verticalScrollBar().maximum())
+    before = place()
+    assert armed.visibleRegion().boundingRect() == armed.rect()
+    choose(panel, "Hold force")
+    for _ in range(8):
+        panel.read(1)
+        assert place() == before
+    assert notes.text() == ""
+    press(panel)
+    assert place() == before
+    panel.read(25)
+    assert "Stopped: " in text(panel, "sent")
+    assert place() == before
+
+
+def test_stop_is_reported_in_a_message_until_motion_is_sent_again(panel, driver, window_again):
+    def messages():
+        return [(message.text, message.fault) for message in window_again.notification_bar.messages]
+
+    panel.findChild(QLineEdit, "motion-address").setText(f"udp://127.0.0.1:{driver.getsockname()[1]}")
+    choose(panel, "Hold force")
+    press(panel)
+    panel.read(3)
+    press(panel)
+    assert text(panel, "sent").startswith("Stopped: switched off.")
+    assert messages() == [], "stopped by the user"
+    press(panel)
+    panel.read(30)
+    assert "passed the limit of force" in text(panel, "sent")
+    ((words, fault),) = messages()
+    assert words.startswith("Sending to the robot stopped: a contact passed the limit of force (")
+    assert fault
+    panel.refresh()
+    assert len(messages()) == 1
+    press(panel)
+    assert messages() == []
+
+
 @pytest.mark.long
 def test_switch_starts_sending_and_a_strong_contact_ends_it(panel, driver):
     panel.findChild(QLineEdit, "motion-address").setText(f"udp://127.0.0.1:{driver.getsockname()[1]}")

@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from PySide6.QtCore import Qt
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QLineEdit, QSizePolicy, QWidget
 
 from tactile_maps.control.controller_registry import CONTROLLERS
 from tactile_maps.control.limit_texts import limit_text
 from tactile_maps.live.motion.command_latency import latency_text
-from tactile_maps.live.motion.motion_sender import FORCES, SPEEDS, MotionLimits
+from tactile_maps.live.motion.motion_sender import FORCES, SPEEDS, MotionLimits, StopReason
 from tactile_maps.robots.model.robot import Robot
-from tactile_widgets.common.make import add_fact, make, push_button, row_layout, show_text, value_label
+from tactile_widgets.common.make import SteadyLabel, add_fact, make, push_button, row_layout, value_label
 from tactile_widgets.common.number_field import NumberField
 from tactile_widgets.common.panel import FlatComboBox
 from tactile_widgets.common.sentence import as_sentence
@@ -39,6 +39,9 @@ _SLOWED_TIP = "Faster motion is slowed as a whole; the speed limits of the robot
 class RequestedMotionPanel(ConnectedPanel):
     """The motion of a controller, which runs only while the panel is unfolded or its motion is sent."""
 
+    stop_reported = Signal(str)
+    """Reason for which sending stopped without the user's request; empty once the motion is sent again."""
+
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__("Requested motion", _NAME, _REFRESH_MS, parent)
         self._error = ""
@@ -57,7 +60,8 @@ class RequestedMotionPanel(ConnectedPanel):
         self._joints = value_label(_UNKNOWN, self, objectName="motion-joints")
         self._joints.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignTop)
         self._joints.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)  # names must not widen it
-        self._joints.setMinimumHeight(_FASTEST * self._joints.fontMetrics().lineSpacing())
+        self._joints.setText((_FASTEST - 1) * "\n")
+        self._joints.setMinimumHeight(self._joints.sizeHint().height())
         add_fact(grid, 0, "Controller", _CONTROLLER_TIP, self._controller)
         add_fact(grid, 1, "Contact force", "Measured normal force of the strongest contact", self._force)
         grid.addWidget(value_label("Fastest joints", self, toolTip="Requested velocities, the largest first"), 2, 0)
@@ -83,9 +87,9 @@ class RequestedMotionPanel(ConnectedPanel):
         self._arm = push_button(self, "motion-arm", "Arm", _ARM_TIP, self._show_armed, checkable=True)
         self._switch.setEnabled(False)
         self.column.addLayout(row_layout(self._arm, self._switch, stretch=self._switch))
-        # The switch must not move under the pointer: texts that come and go are below it, and Arm keeps its text.
-        self._sent = self.caption(name="motion-sent")
-        self._notes = self.caption(name="motion-notes")
+        # The buttons must not move under the pointer: changing texts are below them and keep their height.
+        self._sent = self.caption(name="motion-sent", kind=SteadyLabel)
+        self._notes = self.caption(name="motion-notes", kind=SteadyLabel)
 
     def show_input(self, live: LiveInput | None) -> None:
         self._error = ""
@@ -120,16 +124,19 @@ class RequestedMotionPanel(ConnectedPanel):
         self._force.setText(_UNKNOWN if motion is None else f"{motion.force:.1f}\u202fN")
         limits = () if motion is None else motion.limits
         lines = [self._error or facts.problem or "", *map(limit_text, limits)]
-        show_text(self._notes, "\n".join(map(as_sentence, lines)).strip())
+        self._notes.setText("\n".join(map(as_sentence, lines)).strip())
         active = facts.sending.active
         if self._switch.isChecked() and not active:
             self._arm.setChecked(False)
+            stopped = facts.sending.stopped
+            if not self._error and stopped not in (None, StopReason.BY_HAND):
+                self.stop_reported.emit(_reason(facts))
         self._switch.setChecked(active)
         self._show_armed()
         self._switch.setText("Stop sending" if active else "Send to the robot")
         for field in (self._address, self._speed, self._most_force):
             field.setEnabled(not active)
-        show_text(self._sent, _sent_text(facts))
+        self._sent.setText(_sent_text(facts))
 
     def _elided(self, name: str, value: str) -> str:
         """Return name and value in one line; a name that is too long is cut in its middle."""
@@ -149,6 +156,8 @@ class RequestedMotionPanel(ConnectedPanel):
         if on:
             limits = MotionLimits(self._speed.value(), self._most_force.value())
             self._act(lambda live: live.send_motion(self._address.text().strip(), limits))
+            if self._switch.isChecked():
+                self.stop_reported.emit("")
         else:
             self._arm.setChecked(False)
             self._act(LiveInput.stop_motion)
@@ -185,5 +194,11 @@ def _sent_text(facts: MotionFacts) -> str:
         return f"Sending: {sending.sent} velocities{slowed}.{late}"
     if sending.stopped is None:
         return ""
-    detail = f" ({sending.detail})" if sending.detail else ""
-    return f"Stopped: {sending.stopped.value}{detail}. {sending.sent} velocities were sent{slowed}.{late}"
+    return f"Stopped: {_reason(facts)}. {sending.sent} velocities were sent{slowed}.{late}"
+
+
+def _reason(facts: MotionFacts) -> str:
+    """Return why sending stopped."""
+    sending = facts.sending
+    assert sending.stopped is not None
+    return sending.stopped.value + (f" ({sending.detail})" if sending.detail else "")

@@ -12,7 +12,7 @@ from tactile_maps.live.simulated_skin import SkinDifference
 from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.skin.model.skin import Skin
 from tactile_widgets.common.colours import Theme
-from tactile_widgets.common.make import add_fact, value_label
+from tactile_widgets.common.make import SteadyLabel, add_fact, value_label
 from tactile_widgets.common.sentence import capitalized
 from tactile_widgets.common.tool_kinds import SelectionMode
 from tactile_widgets.document.map_editor import MapEditor
@@ -49,7 +49,7 @@ class SimulatedSkinPanel(ConnectedPanel):
         self._editor = editor
         self._found: SkinDifference | None = None
         self._map: TactileMap | None = None
-        self._state = self.caption(name="simulated-state")
+        self._state = self.caption(name="simulated-state", kind=SteadyLabel)
         self.view = SkinDifferenceView(self)
         self.view.pointed.connect(self._on_pointed)
         self.view.chosen.connect(self._on_chosen)
@@ -59,7 +59,7 @@ class SimulatedSkinPanel(ConnectedPanel):
         self._values = {key: value_label(_UNKNOWN, self, right=True, objectName=f"simulated-{key}") for key in _ROWS}
         for number, (key, (text, tip)) in enumerate(_ROWS.items()):
             add_fact(grid, number, text, tip, self._values[key])
-        self._taxel = self.caption(name="simulated-taxel")
+        self._taxel = self.caption(name="simulated-taxel", kind=SteadyLabel)
 
     def show_input(self, live: LiveInput | None) -> None:
         self._show(None, "" if live is None else _assumptions(live))

@@ -7,13 +7,13 @@ from datetime import datetime
 
 import numpy as np
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QLabel, QWidget
+from PySide6.QtWidgets import QWidget
 
 from tactile_maps.core.errors import TactileMapsError, counted, names_text
 from tactile_maps.live.checking.report import check_facts, swap_texts, write_check_report
 from tactile_maps.live.checking.skin_check import CheckStage, Outcome, SkinCheck
 from tactile_maps.live.checking.verdicts import FAULT_TEXTS, verdicts_of
-from tactile_widgets.common.make import add_fact, make, progress_bar, push_button, row_layout, value_label
+from tactile_widgets.common.make import SteadyLabel, add_fact, make, progress_bar, push_button, row_layout, value_label
 from tactile_widgets.common.note_list import Note, NoteList
 from tactile_widgets.common.sentence import as_sentence
 from tactile_widgets.panels.touch.connected_panel import ConnectedPanel
@@ -38,7 +38,7 @@ class SkinCheckPanel(ConnectedPanel):
         self._started: datetime | None = None
         self._ended = False
         self._error = ""
-        self._prompt = make(QLabel, _IDLE, self, objectName="check-prompt", wordWrap=True)
+        self._prompt = make(SteadyLabel, _IDLE, self, objectName="check-prompt", wordWrap=True)
         self._prompt.setAlignment(Qt.AlignmentFlag.AlignTop)
         self._prompt.setMinimumHeight(3 * self._prompt.fontMetrics().lineSpacing())
         self._progress = progress_bar(self, "Parts checked")

@@ -167,6 +167,7 @@ class LiveInputPresenter(Presenter):
         panel.channels_listed.connect(partial(context.panels.reveal, panel))
         panel.gap_reported.connect(self._on_gap_reported)
         panel.facts_shown.connect(self._on_facts_shown)
+        context.panels.get(RequestedMotionPanel).stop_reported.connect(self._on_stop_reported)
         context.panels.get(SkinCheckPanel).report_requested.connect(self._choose_report)
         context.session.connection.changed.connect(self._on_live_input_changed)
         context.session.mode_changed.connect(self._on_mode_changed)
@@ -215,6 +216,13 @@ class LiveInputPresenter(Presenter):
         """Stop motion of the robot where the readings are not shown as they arrive."""
         if mode is not Mode.RUNNING:
             self._context.panels.get(RequestedMotionPanel).disarm()
+
+    def _on_stop_reported(self, reason: str) -> None:
+        """Report that the motion of the robot is no longer sent, until it is sent again."""
+        if reason:
+            self._notifier.fault(f"Sending to the robot stopped: {reason}", of="send motion")
+        else:
+            self._notifier.succeed("send motion")
 
     def _on_gap_reported(self, gap: ReadingGap | None) -> None:
         """Mark the views as old, and report why no readings are used, once for each cause until readings are used."""
