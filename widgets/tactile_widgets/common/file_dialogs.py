@@ -9,8 +9,8 @@ from __future__ import annotations
 from typing import overload
 
 from PySide6.QtCore import QFileInfo
-from PySide6.QtGui import QIcon
-from PySide6.QtWidgets import QFileDialog, QFileIconProvider, QWidget
+from PySide6.QtGui import QIcon, QStandardItemModel
+from PySide6.QtWidgets import QComboBox, QFileDialog, QFileIconProvider, QWidget
 
 from tactile_maps.core.file_kinds import FileKind
 from tactile_maps.skin.formats.identify import suffixes_of
@@ -46,14 +46,29 @@ class FileDialog(QFileDialog):
 
     @classmethod
     def save_file(cls, parent: QWidget | None, title: str, directory: str, kinds: str) -> str:
-        """Ask for a file to write, and before one is replaced; return an empty text if none is chosen."""
+        """Ask for a file to write, and before one is replaced; return an empty text if none is chosen.
+
+        A kind without a pattern, such as ``JSON: only for one link ()``, is greyed: it states why it cannot be chosen.
+        """
         dialog = cls(parent, title, directory, kinds)
+        dialog._grey_kinds()
         dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
         dialog.setFileMode(QFileDialog.FileMode.AnyFile)
         if ";;" in kinds:  # a name without an extension gets that of the chosen format
             dialog.filterSelected.connect(dialog._on_filter_selected)
             dialog._on_filter_selected(dialog.selectedNameFilter())
         return dialog._first()
+
+    def _grey_kinds(self) -> None:
+        box = self.findChild(QComboBox, "fileTypeCombo")
+        assert isinstance(box, QComboBox)
+        model = box.model()
+        assert isinstance(model, QStandardItemModel)
+        for row in range(box.count()):
+            reason = box.itemText(row).removesuffix(" ()")
+            if reason != box.itemText(row):
+                box.setItemText(row, reason)
+                model.item(row).setEnabled(False)
 
     def _on_filter_selected(self, chosen: str) -> None:
         self.setDefaultSuffix(chosen.rpartition("*")[2].rstrip(")").lstrip("."))

@@ -29,7 +29,7 @@ from tactile_maps.maps.build import build_map
 from tactile_maps.maps.evaluation.comparison import TaxelLayout, compare_maps, drawn_layout
 from tactile_maps.maps.evaluation.quality import measure
 from tactile_maps.maps.evaluation.topography import BodyDistances
-from tactile_maps.maps.formats.export import ENDINGS, write_map
+from tactile_maps.maps.formats.export import SENSORS_ENDING, TITLES, unknown_format, write_map
 from tactile_maps.maps.formats.map_file import load_map
 from tactile_maps.maps.formats.obj import read_map_obj
 from tactile_maps.maps.model.tactile_map import TactileMap
@@ -49,9 +49,6 @@ from tactile_maps.skin.taxel_placement.placement import BoundaryZone, PlacementS
 
 if TYPE_CHECKING:
     from tactile_maps.recording.player import RecordingPlayer
-
-SENSORS_ENDING = ".xml"
-"""File extension of the robot as MJCF with a touch sensor for each taxel."""
 
 
 def recorded_touch(path: str | Path) -> tuple[Skin, FloatArray]:
@@ -236,14 +233,8 @@ def _output_path(arguments: argparse.Namespace) -> Path | None:
     if not arguments.output:
         return None
     target = Path(arguments.output)
-    if target.suffix.lower() not in (*ENDINGS, SENSORS_ENDING):
-        endings = ", ".join((*ENDINGS, SENSORS_ENDING))
-        raise UsageError(
-            "a map cannot be exported in this format",
-            file=target,
-            value=target.suffix or "no file extension",
-            remedy=f"Choose one of: {endings}",
-        )
+    if target.suffix.lower() not in TITLES:
+        raise unknown_format(target, TITLES, UsageError)
     if target.suffix.lower() == SENSORS_ENDING and not arguments.overwrite and mesh_folder(target).exists():
         problem = "the folder for the model's meshes exists"
         remedy = "Choose another name, or add --overwrite"

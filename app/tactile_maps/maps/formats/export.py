@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from pathlib import Path
+from typing import TypeVar
 
-from tactile_maps.core.errors import MapError
+from tactile_maps.core.errors import MapError, TactileMapsError
 from tactile_maps.core.files import open_regular_file
 from tactile_maps.maps.formats.map_file import save_map
 from tactile_maps.maps.formats.obj import write_map_obj
@@ -15,6 +16,9 @@ from tactile_maps.maps.formats.svg import write_svg
 from tactile_maps.maps.formats.unige import write_unige_map
 from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.skin.formats.taxel_files import write_taxels
+from tactile_maps.skin.model.skin import Skin
+
+E = TypeVar("E", bound=TactileMapsError)
 
 _WRITERS: dict[str, Callable[[TactileMap, Path], None]] = {
     ".npz": partial(save_map, overwrite=True),
@@ -25,6 +29,8 @@ _WRITERS: dict[str, Callable[[TactileMap, Path], None]] = {
     ".csv": lambda map_, path: write_taxels(map_.skin, path, points=map_.taxel_points),
 }
 ENDINGS = tuple(_WRITERS)
+SENSORS_ENDING = ".xml"
+"""Ending of the robot as MJCF with a touch sensor for each taxel, which ``write_touch_sensors`` writes."""
 TITLES: Mapping[str, str] = {
     ".npz": "Complete map of this program",
     ".obj": "Mesh with the map as UV",
@@ -32,6 +38,7 @@ TITLES: Mapping[str, str] = {
     ".png": "Picture of the distortion",
     ".json": "JSON skin and map of Genoa (CySkin)",
     ".csv": "Table of taxels on body and map",
+    SENSORS_ENDING: "MuJoCo XML of the robot with a touch sensor a taxel",
 }
 """Displayed names of the formats."""
 _HEAD = b"# tactile map"
@@ -62,11 +69,21 @@ def write_map(map_: TactileMap, path: str | Path) -> None:
     target = Path(path)
     writer = _WRITERS.get(target.suffix.lower())
     if writer is None:
-        remedy = f"Choose one of: {', '.join(ENDINGS)}"
-        raise MapError(
-            "a map cannot be exported in this format",
-            file=target,
-            value=target.suffix or "no file extension",
-            remedy=remedy,
-        )
+        raise unknown_format(target, ENDINGS, MapError)
     writer(map_, target)
+
+
+def unknown_format(target: Path, endings: Iterable[str], error: type[E]) -> E:
+    """Return the error that the file extension is not one of ``endings``."""
+    return error(
+        "a map cannot be exported in this format",
+        file=target,
+        value=target.suffix or "no file extension",
+        remedy=f"Choose one of: {', '.join(endings)}",
+    )
+
+
+def unsuitable_formats(skin: Skin) -> Mapping[str, str]:
+    """Return why formats cannot hold the map of a skin, by file extension."""
+    links = len(skin.links)
+    return {} if links == 1 else {".json": f"only for a skin on one link, and this one is on {links}"}

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from PySide6.QtCore import QTimer
-from PySide6.QtWidgets import QMessageBox
+from PySide6.QtWidgets import QApplication, QComboBox, QMessageBox
 
 from tactile_maps.editing.arrange import move, rotate
 from tactile_maps.editing.document_file import DocumentFile, load_document, save_document
@@ -174,7 +174,40 @@ def test_file_of_another_program_gives_one_message_about_missing_data(window, fi
 
 def test_export_in_an_unknown_format_is_rejected(window, files, tmp_path):
     files.export(str(tmp_path / "map.doc"))
-    assert "Choose one of" in message(window)
+    assert "Choose one of: .npz, .obj, .svg, .png, .json, .csv, .xml" in message(window)
+
+
+def test_format_that_cannot_hold_the_skin_is_greyed_with_the_reason(window, files):
+    entries = {}
+
+    def read():
+        box = QApplication.activeModalWidget().findChild(QComboBox, "fileTypeCombo")
+        entries.update({box.itemText(row): box.model().item(row).isEnabled() for row in range(box.count())})
+        QApplication.activeModalWidget().reject()
+
+    QTimer.singleShot(0, read)
+    window.action("export_map").trigger()
+    links = len(window.live.prepared.skin.links)
+    reason = f"only for a skin on one link, and this one is on {links}"
+    assert [entry for entry, enabled in entries.items() if not enabled] == [
+        f"JSON skin and map of Genoa (CySkin): {reason}"
+    ]
+    assert len(entries) == 7
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "said"),
+    [
+        ("taxels.csv", "x,y,z\n0,0,0\n", "this is a taxel file, not a map. Open it with File > Import taxels."),
+        ("rows.csv", "level,seed\n1,0\n", "this is a study table, not a map. Open it with File > Open study table."),
+        ("notes.doc", "", "this type of file is not a map (found: .doc). Choose one of: .npz, .obj, .svg."),
+    ],
+)
+def test_open_map_states_what_another_file_is_and_where_it_is_opened(window, tmp_path, choose_file, name, text, said):
+    (tmp_path / name).write_text(text)
+    choose_file("open_file", tmp_path / name)
+    window.action("open_map").trigger()
+    assert message(window) == f"{tmp_path / name}: {said}"
 
 
 def test_cancel_keeps_the_window_with_unsaved_edits_open(window, files):

@@ -21,7 +21,8 @@ from PySide6.QtCore import QTimer, Signal
 from PySide6.QtWidgets import QWidget
 
 from tactile_maps.control.motion.command import ControlSettings
-from tactile_maps.core.errors import TactileMapsError, counted
+from tactile_maps.core.errors import MapError, TactileMapsError, counted
+from tactile_maps.core.file_kinds import FileKind
 from tactile_maps.core.files import FolderClaim, claim_folder, try_writing
 from tactile_maps.editing.document import MapDocument
 from tactile_maps.editing.document_file import AUTOSAVE_NAME, DocumentFile, load_document
@@ -37,7 +38,7 @@ from tactile_maps.editing.layout_import import (
 )
 from tactile_maps.editing.leftovers import Leftover, find_leftovers
 from tactile_maps.maps.evaluation.comparison import TaxelLayout
-from tactile_maps.maps.formats.export import ENDINGS, TITLES, write_map
+from tactile_maps.maps.formats.export import SENSORS_ENDING, TITLES, unknown_format, unsuitable_formats, write_map
 from tactile_maps.maps.formats.obj import read_map_obj
 from tactile_maps.maps.formats.svg import read_svg_taxels
 from tactile_maps.maps.model.taxel_frames import taxel_frames
@@ -47,6 +48,7 @@ from tactile_maps.scene.scene_file import scene_from_toml, scene_to_toml
 from tactile_maps.session.prepare import PreparedScene
 from tactile_maps.session.runtime_settings import RuntimeSettings
 from tactile_maps.skin.fitting.cover import CoverSpec
+from tactile_maps.skin.formats.identify import kind_of
 from tactile_maps.skin.formats.mujoco_touch import write_touch_sensors
 from tactile_widgets.common.make import make
 from tactile_widgets.common.settings import Question
@@ -57,13 +59,24 @@ from tactile_widgets.document.skin_steps import have_same_skin
 from tactile_widgets.presenters.maps.scene_file_presenter import SceneFilePresenter, map_file_of
 
 AUTOSAVE_MS = 20_000
-SENSORS_ENDING = ".xml"
-"""Ending of the robot as MJCF with a touch sensor for each taxel."""
 _CHOSEN = "chosen skin (not applied yet)"
 _OF_MAP = ("map", "skin", _CHOSEN)
 """Unsaved parts that are lost with the document of the map."""
 _MAPS = "Tactile maps (*.npz)"
 _OPENED = "Tactile maps (*.npz *.obj *.svg)"
+_ENTRIES = {
+    FileKind.SCENE: "Open scene file",
+    FileKind.ROBOT: "Open robot",
+    FileKind.ROBOT_WITH_TAXELS: "Open robot",
+    FileKind.MESH: "Open robot",
+    FileKind.TAXELS: "Import taxels",
+    FileKind.SKIN: "Import taxels",
+    FileKind.LAYOUT: "Import taxels",
+    FileKind.RECORDING: "Open recording",
+    FileKind.ROS_RECORDING: "Connect",
+    FileKind.STUDY_TABLE: "Open study table",
+}
+"""Entry of the menu *File* that opens a file, by kind."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -643,10 +656,13 @@ class MapFilePresenter(Presenter):
 
     def choose_export(self) -> None:
         """Ask for a file and export the map for other programs."""
-        titles = {**TITLES, SENSORS_ENDING: "MuJoCo XML of the robot with a touch sensor a taxel"}
-        kinds = ";;".join(f"{titles[ending]} (*{ending})" for ending in (*ENDINGS, SENSORS_ENDING))
         prepared = self._session.prepared
-        path = "" if prepared is None else self._context.dialogs.save_file("Export map", prepared.robot.name, kinds)
+        if prepared is None:
+            return
+        unsuitable = unsuitable_formats(prepared.skin)
+        kinds = {ending: f"{title} (*{ending})" for ending, title in TITLES.items()}
+        kinds.update({ending: f"{TITLES[ending]}: {reason} ()" for ending, reason in unsuitable.items()})
+        path = self._context.dialogs.save_file("Export map", prepared.robot.name, ";;".join(kinds.values()))
         if path:
             self.export(path)
 
@@ -657,6 +673,8 @@ class MapFilePresenter(Presenter):
         if document is None or prepared is None:
             return
         with self._notifier.errors_shown("export map"):
+            if Path(path).suffix.lower() not in TITLES:
+                raise unknown_format(Path(path), TITLES, MapError)
             if Path(path).suffix.lower() == SENSORS_ENDING:
                 frames = taxel_frames(document.map)
                 write_touch_sensors(document.map.skin, prepared.robot, path, frames=frames)
@@ -680,6 +698,7 @@ class MapFilePresenter(Presenter):
         if Path(path).suffix.lower() in (".obj", ".svg"):
             return self._open_exported(path)
         try:
+            _check_map(path)
             other = load_document(path)
         except TactileMapsError as error:
             self._notifier.fault(str(error), of="open map")
@@ -869,6 +888,20 @@ class MapFilePresenter(Presenter):
 def autosave_folder(robot: str) -> Path:
     """Return the folder for autosaves of the maps of a robot, with a subfolder for each window."""
     return user_state_path("tactile-maps", appauthor=False) / "autosave" / "".join(c for c in robot if c.isalnum())
+
+
+def _check_map(path: str) -> None:
+    """Raise an error that names the menu entry for a file of another kind."""
+    kind = kind_of(path)
+    if kind in _ENTRIES:
+        raise MapError(f"this is a {kind.value}, not a map", file=path, remedy=f"Open it with File > {_ENTRIES[kind]}")
+    if kind is not FileKind.MAP and Path(path).exists():
+        raise MapError(
+            "this type of file is not a map",
+            file=path,
+            value=Path(path).suffix or "no file extension",
+            remedy="Choose one of: .npz, .obj, .svg",
+        )
 
 
 def _same_robot(text: str, scene: Scene) -> bool:
