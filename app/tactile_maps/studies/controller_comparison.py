@@ -88,6 +88,16 @@ class ControllerTrace(ArrayFields):
     def __len__(self) -> int:
         return len(self.time)
 
+    @property
+    def unmet(self) -> list[list[LimitKind]]:
+        """(n) limits that kept the arm from its goal; adapted gains or speeds do not count."""
+        return [[limit.kind for limit in at if limit.kind.severity is not Severity.ADAPTED] for at in self.limits]
+
+    @property
+    def limited(self) -> BoolArray:
+        """(n,) whether such a limit acted."""
+        return np.array([bool(kinds) for kinds in self.unmet], dtype=np.bool_)
+
     def end_text(self, *, space: str = " ") -> str:
         """Return time and reason of an early end, with this space before the unit; empty without one."""
         when = f"stopped after {self.time[-1]:.3g}{space}s" if len(self) else "stopped in its first tick"
@@ -150,7 +160,7 @@ class ControllerMetrics:
         lost: Share of the time with a finger present, after the first contact, in which no contact was read.
         joint_speed_max: Largest speed of a joint, or largest share of its limit [``speed_unit``].
         energy_J: Maximum net energy given to contacts [J].
-        limited: Share of the time in which a limit kept the arm from its goal; adapted gains or speeds do not count.
+        limited: Share of the time in which a limit kept the arm from its goal, see ``ControllerTrace.limited``.
         limit: Most frequent such limit; None without any.
         control_ms: Median wall time of the controller [ms].
         control_p95_ms: 95th percentile of that time [ms].
@@ -180,8 +190,7 @@ def controller_metrics(trace: ControllerTrace) -> ControllerMetrics:
     """Return the metrics of a trace."""
     felt = trace.force > 0
     departure = (trace.force - trace.force_goal)[np.isfinite(trace.force_goal)]
-    unmet = [[limit.kind for limit in at if limit.kind.severity is not Severity.ADAPTED] for at in trace.limits]
-    counts = Counter(kind for kinds in unmet for kind in kinds)
+    counts = Counter(kind for kinds in trace.unmet for kind in kinds)
     return ControllerMetrics(
         map_rms_mm=scaled(rms(trace.map_error), 1e3),
         map_p95_mm=scaled(p95(trace.map_error), 1e3),
@@ -193,7 +202,7 @@ def controller_metrics(trace: ControllerTrace) -> ControllerMetrics:
         lost=_share(~felt[trace.touched & np.logical_or.accumulate(felt)]),
         joint_speed_max=_highest(trace.joint_speed),
         energy_J=_highest(trace.energy),
-        limited=_share(np.array([bool(kinds) for kinds in unmet], dtype=np.bool_)),
+        limited=_share(trace.limited),
         limit=counts.most_common(1)[0][0] if counts else None,
         control_ms=float(np.median(trace.control_ms)) if len(trace) else None,
         control_p95_ms=p95(trace.control_ms),

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QAbstractSpinBox, QApplication, QInputDialog, QToolButton
+from PySide6.QtWidgets import QAbstractSpinBox, QApplication, QInputDialog, QLabel, QToolButton
 
+from tactile_maps.core.errors import counted
 from tactile_maps.editing.arrange import move, rotate, scale
 from tactile_maps.editing.document_file import load_document
 from tactile_maps.editing.reflatten import set_lengths, set_method
@@ -397,7 +398,13 @@ def test_overlapping_patches_are_named_and_repack_is_offered(window):
     assert names[0] in text
     assert names[1] in text
     assert names[2] not in text
-    assert f"({names[0]}, {names[1]})" in window.map_view.picture.legend.flaws[0]
+    window.show_quality()
+    count = len(window.map_view.picture._flaws.overlaps)
+    assert window.map_view.picture.legend.flaws[0] == (
+        f"0 flipped triangles, {counted(count, 'overlap')} ({names[0]}, {names[1]})"
+    )
+    card = window.column.get(QualityPanel).findChild(QLabel, "quality-note").text()
+    assert card == f"Not bijective: 0 flipped triangles, {counted(count, 'overlap')}."
     (button,) = [
         button
         for button in window.notification_bar.findChildren(QToolButton)

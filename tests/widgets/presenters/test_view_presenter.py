@@ -98,7 +98,7 @@ def test_distortion_layer_shows_measured_values_in_legend_readout_and_colour(sti
     assert legend.title == layer.title
     text = legend.lines[0].replace("\u202f", " ")
     assert text == f"Median ×{spread.median:.2f}   95 % ×{spread.p95:.2f}   max ×{format_three_digits(spread.max)}"
-    assert legend.flaws[0] == "0 triangles flipped, 0 overlapping"
+    assert legend.flaws[0] == "0 flipped triangles, 0 overlaps"
     assert legend.strip
     assert not legend.faulty
     values = getattr(distortion(prepared.map), measure)
@@ -224,7 +224,7 @@ def test_flipped_triangles_are_marked_red_and_counted(qtbot, small_arm, ground):
     assert np.median(reds[1]) > 60
     noun = "triangle" if len(found) == 1 else "triangles"
     legend = view.marks.legend
-    assert legend.flaws[-1].startswith(f"{len(found)} {noun} flipped")
+    assert legend.flaws[-1].startswith(f"{len(found)} flipped {noun}")
     assert legend.faulty
     if ground is BaseLayer.PRESSURE:
         assert legend.title == "Not bijective"

@@ -144,3 +144,17 @@ def test_numbers_have_three_digits(panel, leaves):
     panel.show_quality(replace(leaves[2], area=DistortionSummary(1.5, 701.54, 900.0), round_trip_mm=13.456))
     assert _text(panel, "area") == "×702"
     assert _text(panel, "round_trip_mm") == "13.5\u202fmm"
+
+
+def test_summary_counts_the_bold_measures(panel, leaves):
+    """Other measures are compared but not listed."""
+    made, body, _ = leaves
+    scale = np.array([1.4, 0.9])
+    other = replace(made, charts=tuple(replace(chart, plane=chart.plane * scale) for chart in made.charts))
+    comparison = compare_maps(made, other, distances=body)
+    assert len(comparison.measures) > len(panel._cells)
+    panel.show_comparison(comparison)
+    labels = [label for label in panel.findChildren(QLabel) if label.objectName() and label.font().bold()]
+    second = sum(label.objectName().endswith("-b") for label in labels)
+    assert len(labels) - second > 1
+    assert _text(panel, "note").startswith(f"A is better in {len(labels) - second} measures, B in {second};")

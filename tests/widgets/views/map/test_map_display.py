@@ -265,7 +265,7 @@ def test_flaws_are_marked_and_counted_while_editing(view, document):
     between = document.map.boxes[1].mean(axis=0) - document.map.boxes[0].mean(axis=0)
     assert view.marks.legend is None
     view.show_document(move(document, [0], 0.7 * between), in_gesture=True)
-    assert "overlapping" in view.marks.legend.flaws[-1]
+    assert "overlap" in view.marks.legend.flaws[-1]
     view.show_document(document)
     assert view.marks.legend is None
 

@@ -64,6 +64,8 @@ _AXIS = 44
 _ROW = 16
 _BELOW = 48
 """Height of the limits of a contender, and of the time axis below them [px]."""
+_BAR = 0.3
+"""Height of the bars of limits, as a share of the row."""
 
 
 class Quantity(NamedTuple):
@@ -189,15 +191,19 @@ class ComparisonPlots(QWidget):
         return max((float(np.nanmax(goal)) for goal in drawn), default=0.0)
 
     def _draw_limits(self) -> None:
-        """Draw a row per contender with a thick line where a limit acted."""
+        """Draw a row per contender with a bar where it was limited.
+
+        The bar of a tick begins at the previous tick, so that its share of the time is that of the metrics. It is at
+        least one pixel wide; a downsampled curve would lose it.
+        """
         rows = []
         for number, trace in enumerate(self._traces):
             row = -number - 0.5
-            values = np.where([bool(limits) for limits in trace.limits], row, np.nan)
-            pen = contender_pen(self._theme, trace.name, width=5.0)
-            pen.setStyle(Qt.PenStyle.SolidLine)
-            pen.setCapStyle(Qt.PenCapStyle.FlatCap)
-            self._limits.plot(trace.time, values, pen=pen, connect="finite")
+            ends = np.flatnonzero(np.diff(trace.limited, prepend=False, append=False))
+            times = np.concatenate([[0.0], trace.time])[ends]
+            ink = contender_pen(self._theme, trace.name).color()
+            bars = {"y0": row - _BAR / 2, "height": _BAR, "pen": pg.mkPen(ink), "brush": ink}
+            self._limits.addItem(pg.BarGraphItem(x0=times[::2], x1=times[1::2], **bars))
             rows.append((row, trace.name))
         self._limits.getAxis("left").setTicks([rows])
         self._limits.setYRange(-max(len(rows), 1), 0, padding=0.05)

@@ -214,7 +214,7 @@ class QualityPanel(Panel):
         """Show two maps of the same taxels side by side; the better number of each row is bold."""
         if isinstance(comparison.first, MapQuality):
             self._quality = comparison.first
-        better = {measure.name: measure.better for measure in comparison.measures}
+        better = {one.name: one.better for one in comparison.measures if one.name in self._cells}
         counts = [sum(side == one for one in better.values()) for side in ("first", "second")]
         self._show(
             f"A is better in {counts[0]} measures, B in {counts[1]}; Procrustes distance "

@@ -200,7 +200,7 @@ def background_legend(
     overlaps = len(flaws.overlaps)
     faulty = bool(flips or overlaps)
     names = f" ({', '.join(overlapping[:_NAMED])}{', …' if len(overlapping) > _NAMED else ''})" if overlapping else ""
-    text = f"{counted(flips, 'triangle')} flipped, {overlaps} overlapping{names}"
+    text = f"{counted(flips, 'flipped triangle')}, {counted(overlaps, 'overlap')}{names}"
     if background is None:
         return BackgroundLegend("Not bijective", (), (text,), faulty=True) if faulty else None
     strip = background.stretch is not None
