@@ -17,6 +17,7 @@ from tactile_maps.robots.model.robot import Robot
 from tactile_maps.skin.fitting.cover import (
     JOINT_CLEARANCE,
     MAX_COVER_TAXELS,
+    NO_ROOM,
     CoverCandidate,
     CoverSpec,
     choose_links,
@@ -246,6 +247,42 @@ def test_other_links_are_covered_if_the_chosen_ones_have_no_room(hand, taxels, c
 def test_named_links_without_room_are_rejected(hand):
     with pytest.raises(SkinError, match=r"hand.xml, a_1: no surface is left.*Choose other links"):
         cover_robot(hand, CoverSpec(links=("a_1",), taxels=60))
+
+
+def reasons(robot, spec):
+    return {note.where: note.action for note in cover_robot(robot, spec).findings if note.kind == NO_ROOM}
+
+
+@pytest.mark.parametrize(
+    ("margin", "reason"),
+    [
+        (0.01, r"only [\d.]+ cm² are clear of other links and visible, 12 taxels need 63 cm²"),
+        (0.03, "other links are closer than the margin of 30 mm everywhere"),
+    ],
+)
+def test_links_without_taxels_state_the_reason(hand, margin, reason):
+    assert re.search(reason, reasons(hand, CoverSpec(("palm", "a_2"), taxels=60, margin=margin))["a_2"])
+
+
+def test_piece_below_the_least_share_of_its_link_is_stated():
+    """Only the flat end of the rod is clear of the base."""
+    found = reasons(two_rods(buried=0.185, length=0.2), CoverSpec(("base", "upper"), taxels=300))
+    assert re.search(r"visible, a piece is at least 15 % of its surface, [\d.]+ cm²", found["upper"])
+
+
+def test_link_that_others_hide_is_stated(tmp_path):
+    """A ball in the middle of a box of six plates."""
+    plates = "".join(
+        f'<geom type="box" size="{" ".join(".005" if k == axis else ".1" for k in range(3))}"'
+        f' pos="{" ".join(str(side) if k == axis else "0" for k in range(3))}"/>'
+        for axis in range(3)
+        for side in (-0.1, 0.1)
+    )
+    ball = '<body name="ball"><geom type="sphere" size=".05"/></body>'
+    text = f'<mujoco><worldbody><body name="box">{plates}</body>{ball}</worldbody></mujoco>'
+    (tmp_path / "box.xml").write_text(text)
+    found = reasons(load_robot_file(tmp_path / "box.xml"), CoverSpec(("box", "ball"), taxels=200))
+    assert found == {"ball": "not covered: the parts that are clear of other links are hidden from outside"}
 
 
 def test_robot_without_joints_is_covered_on_any_link():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 from dataclasses import fields, replace
 from functools import partial
@@ -15,7 +16,7 @@ from tactile_maps.editing.arrange import move
 from tactile_maps.robots.load import load_robot_file
 from tactile_maps.scene.scene_file import with_grid
 from tactile_maps.session.prepared_cache import prepare_cached
-from tactile_maps.skin.fitting.cover import CoverSpec, cover_candidates
+from tactile_maps.skin.fitting.cover import CoverCandidate, CoverSpec, cover_candidates
 from tactile_maps.skin.fitting.grid import GridSpec
 from tactile_widgets.context.notification_bar import READ_SECONDS
 from tactile_widgets.dialogs.dialogs import Button
@@ -174,6 +175,36 @@ def test_impossible_choice_states_why_and_cannot_be_applied(window, qtbot):
     panel.pitch.setValue(20.0)
     wait_for_counts(window, qtbot)
     assert panel.apply.isEnabled()
+
+
+def test_checked_link_without_taxels_states_the_reason(window, qtbot):
+    """In the preview, and of the applied skin."""
+    panel = panel_of(window)
+    click_box(window, "wrist")
+    panel.margin.setValue(60.0)
+    wait_for_counts(window, qtbot)
+    row = panel.tree.rows["wrist"]
+    for _ in range(2):
+        assert row.text(2) == "0"
+        line = next(line for line in panel.bare.text().splitlines() if line.startswith("⚠ wrist "))
+        assert re.search(r" not covered: only \d+ cm² are clear of other links and visible, 12 taxels need ", line)
+        assert row.toolTip(0) == f"wrist moves; {line.removeprefix('⚠ wrist ')}"
+        click(window, "skin-apply")
+    panel.margin.setValue(5.0)
+    wait_for_counts(window, qtbot)
+    assert row.text(2) != "0"
+    assert panel.bare.isHidden()
+    assert row.toolTip(0) == "wrist moves"
+
+
+def test_reasons_of_two_links_without_taxels_are_written_out(qtbot):
+    panel = SkinPanel()
+    qtbot.addWidget(panel)
+    names = ("a", "b", "c", "d")
+    panel.show_candidates([CoverCandidate(name, 0.01, True) for name in names])
+    panel.show_choice(SkinChoice(CoverSpec(names), {"a": 7}, dict.fromkeys(names, "has no room")), same_robot=True)
+    lines = panel.bare.text().splitlines()
+    assert lines == ["⚠ b has no room", "⚠ c has no room", "⚠ 1 more link without taxels: point at it for the reason"]
 
 
 @pytest.mark.long

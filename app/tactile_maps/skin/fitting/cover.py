@@ -62,6 +62,8 @@ CLOSING_FACTOR = 3.0
 """Radius of the ball, in thicknesses of the cover, that cannot enter the hollows that a cover spans."""
 
 
+NO_ROOM = "no-room"
+"""Kind of the findings about links, or pieces of them, that get no taxels."""
 JOINT_CLEARANCE = 0.010
 """Default distance of skin from other links [m], so that joints can move."""
 
@@ -302,16 +304,32 @@ def _usable_pieces(
     poses = {other: here @ configuration.pose(other) for other in meshes if other != name}
     others = [(pose, meshes[other]) for other, pose in poses.items()]
     blockers = [pose.points(clouds[other]) for other, pose in poses.items()]
-    usable = vertices_clear_of(wrapped.surface, others, distance=spec.margin)
-    usable &= visible_from_outside(wrapped.surface, blockers, voxel=wrapped.voxel)
+    clear = vertices_clear_of(wrapped.surface, others, distance=spec.margin)
+    usable = clear & visible_from_outside(wrapped.surface, blockers, voxel=wrapped.voxel)
     taxel_area = FACES_PER_TAXEL * voxel**2 / 3
     smallest = max(_MIN_SHARE * wrapped.surface.area, _MIN_TAXELS * taxel_area)
     found = usable_components(wrapped.surface, usable, smallest=smallest, largest_hole=_MAX_HOLE_TAXELS * taxel_area)
     notes = list(wrapped.findings)
+    faces = wrapped.surface.faces
+    usable_area = float(wrapped.surface.face_areas[usable[faces].all(axis=1)].sum())
     if not found:
-        notes.append(Finding("no-room", name, "not covered: neighbouring links are too close everywhere"))
-    usable_area = float(wrapped.surface.face_areas[usable[wrapped.surface.faces].all(axis=1)].sum())
+        if not clear[faces].all(axis=1).any():
+            reason = f"other links are closer than the margin of {1e3 * spec.margin:.3g} mm everywhere"
+        elif usable_area == 0:
+            reason = "the parts that are clear of other links are hidden from outside"
+        else:
+            few = _MIN_TAXELS * taxel_area >= smallest
+            least = (
+                f"{_MIN_TAXELS} taxels need" if few else f"a piece is at least {100 * _MIN_SHARE:.0f} % of its surface,"
+            )
+            free = f"only {_area_text(usable_area)} are clear of other links and visible"
+            reason = f"{free}, {least} {_area_text(smallest)}"
+        notes.append(Finding(NO_ROOM, name, f"not covered: {reason}"))
     return found, usable_area, notes
+
+
+def _area_text(area: float) -> str:
+    return f"{1e4 * area:.2g} cm²" if area < 1e-3 else f"{1e4 * area:,.0f} cm²"
 
 
 def _patches(pieces: Sequence[tuple[str, Mesh]], spec: CoverSpec) -> tuple[tuple[Patch, ...], list[Finding]]:
@@ -334,7 +352,7 @@ def _patches(pieces: Sequence[tuple[str, Mesh]], spec: CoverSpec) -> tuple[tuple
         except SkinError as error:
             if spec.pattern != "modules":
                 raise
-            findings.append(Finding("no-room", link, "a piece is not covered: no module fits"))
+            findings.append(Finding(NO_ROOM, link, "not covered: no module fits on a piece of it"))
             reason = error
             continue
         before = sum(patch.link == link for patch in patches)

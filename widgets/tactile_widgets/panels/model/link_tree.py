@@ -16,6 +16,8 @@ _MOST_ROWS = 9
 _INDENTATION = 10
 _LINK, _AREA, _TAXELS = range(3)
 _WIDTHS = {_AREA: 52, _TAXELS: 52}
+_OWN_TIP = int(Qt.ItemDataRole.UserRole)
+"""Role of the tool tip of a row without the reason why it has no taxels."""
 PENDING = "…"
 """Text in place of a number of taxels that is being computed."""
 
@@ -87,13 +89,22 @@ class LinkTree(QTreeWidget):
                 if row.flags() & Qt.ItemFlag.ItemIsUserCheckable:
                     row.setCheckState(_LINK, Qt.CheckState.Checked if link in chosen else Qt.CheckState.Unchecked)
 
-    def show_counts(self, counts: Mapping[str, int] | None) -> None:
-        """Show the number of taxels of each link; None while those of the checked links are being computed."""
+    def show_counts(self, counts: Mapping[str, int] | None, bare: Mapping[str, str] | None = None) -> None:
+        """Show the number of taxels of each link, in tool tips the reasons why links have none.
+
+        Args:
+            counts: Number of taxels by link; None while those of the checked links are being computed.
+            bare: Reasons by link.
+        """
         checked = self.checked
         with QSignalBlocker(self):
             for link, row in self.rows.items():
                 known = "" if link not in checked else PENDING if counts is None else f"{counts.get(link, 0):,}"
                 row.setText(_TAXELS, f"{counts[link]:,}" if counts is not None and link in counts else known)
+                own = row.data(_LINK, _OWN_TIP)
+                tip = f"{own}; {bare[link]}" if bare is not None and link in bare else own
+                for column in range(3):
+                    row.setToolTip(column, tip)
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
@@ -119,6 +130,7 @@ def _row(candidate: CoverCandidate) -> QTreeWidgetItem:
         row.setFlags(flags)
         row.setCheckState(_LINK, Qt.CheckState.Unchecked)
         tip = f"{candidate.link} {moves}"
+    row.setData(_LINK, _OWN_TIP, tip)
     for column in range(3):
         row.setToolTip(column, tip)
         if column:

@@ -29,6 +29,7 @@ from tactile_widgets.common.make import (
     push_button,
     row_layout,
     select_data,
+    show_text,
 )
 from tactile_widgets.common.number_field import NumberField, guard_wheel
 from tactile_widgets.common.panel import Panel
@@ -52,6 +53,8 @@ _AXES = (
 _USUAL_PITCH = 10.0
 """Pitch that is offered first [mm]."""
 _MM = 1e3
+_MOST_REASONS = 2
+"""Number of links without taxels whose reasons are written below the values; tool tips have all."""
 
 
 @dataclass(frozen=True)
@@ -61,6 +64,7 @@ class SkinChoice:
     Attributes:
         cover: Its cover; ``links`` are all links with skin.
         counts: Number of taxels of each link with skin.
+        bare: Reasons why links of the cover have no taxels.
         note: Text about where the taxels come from; may be empty.
         apply: Text of the button that applies another choice.
         applicable: Whether the choice can be applied without a change.
@@ -68,6 +72,7 @@ class SkinChoice:
 
     cover: CoverSpec = field(default_factory=CoverSpec)
     counts: Mapping[str, int] = field(default_factory=dict)
+    bare: Mapping[str, str] = field(default_factory=dict)
     note: str = ""
     apply: str = "Apply"
     applicable: bool = False
@@ -107,8 +112,11 @@ class SkinPanel(Panel):
         named = (("Pattern", self.pattern), ("Margin to other links", self.margin), ("Axes", self.axes))
         rows = [row_layout(make(QLabel, name, content), None, control) for name, control in named]
         amount = row_layout(self.amount, None, self.taxels, self.pitch)
+        self.bare = caption_label(content, "skin-bare")  # below the buttons, which must not move under the pointer
+        self.bare.hide()
         buttons = row_layout(self.apply, self.revert, None)
-        column_layout(self._closed, self.tree, amount, *rows, self.dense, self.note, buttons, parent=content)
+        ends = (self.dense, self.note, buttons, self.bare)
+        column_layout(self._closed, self.tree, amount, *rows, *ends, parent=content)
         self._closed.hide()
         content.hide()
 
@@ -178,13 +186,23 @@ class SkinPanel(Panel):
         self.tree.show_candidates(candidates)
         self._show_values()
 
-    def show_counts(self, counts: Mapping[str, int]) -> None:
-        """Show the number of taxels of each link, for the current choice."""
+    def show_counts(self, counts: Mapping[str, int], bare: Mapping[str, str]) -> None:
+        """Show the number of taxels of each link, for the current choice, and why links have none."""
         self._failed = False
-        self.tree.show_counts(counts)
         links = sum(count > 0 for count in counts.values())
         self.note.setText(f"{sum(counts.values()):,} taxels on {counted(links, 'link')}")
+        self._show_taxels(counts, bare)
         self._update()
+
+    def _show_taxels(self, counts: Mapping[str, int] | None, bare: Mapping[str, str]) -> None:
+        """Show the numbers of taxels, None while they are being computed, and why links have none."""
+        reasons = {link: bare[link] for link in self.links if link in bare and not (counts or {}).get(link)}
+        self.tree.show_counts(counts, reasons)
+        lines = [f"⚠ {link} {reason}" for link, reason in reasons.items()]
+        if (more := len(lines) - _MOST_REASONS) > 0:
+            them = "it for the reason" if more == 1 else "them for the reasons"
+            lines[_MOST_REASONS:] = [f"⚠ {counted(more, 'more link')} without taxels: point at {them}"]
+        show_text(self.bare, "\n".join(lines))
 
     def show_progress(self, text: str) -> None:
         """Show what is being computed for the current choice."""
@@ -248,7 +266,7 @@ class SkinPanel(Panel):
         """Show the values of the shown skin."""
         self._failed = False
         self._show_cover(self._shown.cover)
-        self.tree.show_counts(self._shown.counts)
+        self._show_taxels(self._shown.counts, self._shown.bare)
         self.note.setText(self._shown.note)
         self._update()
 
@@ -290,10 +308,10 @@ class SkinPanel(Panel):
         self._failed = False
         self._update()
         if not self.links:
-            self.tree.show_counts({})
+            self._show_taxels({}, {})
             self.note.setText("Check at least one link.")
         elif self.different:
-            self.tree.show_counts(None)
+            self._show_taxels(None, {})
             self.note.setText("")
         else:
             self._show_values()

@@ -17,7 +17,7 @@ from tactile_maps.robots.model.robot import Robot
 from tactile_maps.scene.scene import Scene
 from tactile_maps.scene.scene_file import with_cover, with_link, without_link
 from tactile_maps.session.prepare import PreparedScene
-from tactile_maps.skin.fitting.cover import MIN_COVER_TAXELS, CoverSpec, cover_candidates, hull_area
+from tactile_maps.skin.fitting.cover import MIN_COVER_TAXELS, NO_ROOM, CoverSpec, cover_candidates, hull_area
 from tactile_maps.skin.fitting.grid import is_grid_patch
 from tactile_maps.skin.formats.import_skin import NO_ROBOT
 from tactile_maps.skin.model.skin import Skin
@@ -127,7 +127,7 @@ class SkinPresenter(Presenter):
         self._robot = None
         self._display.set_preview(None)
         note = f"The skin of {Path(plan.scene.robot).stem}, which is not open yet."
-        self._panel.show_choice(SkinChoice(cover, {}, note, apply="Open", applicable=True))
+        self._panel.show_choice(SkinChoice(cover, note=note, apply="Open", applicable=True))
         self._on_refusal_changed()
 
     # The shown skin.
@@ -177,7 +177,9 @@ class SkinPresenter(Presenter):
         self._robot = prepared.robot
         files = prepared.scene.taxel_files
         note = f"From {', '.join(files)}; a cover replaces {'it' if len(files) == 1 else 'them'}." if files else ""
-        self._panel.show_choice(SkinChoice(cover, counts(prepared.skin), note), same_robot=same)
+        self._panel.show_choice(
+            SkinChoice(cover, counts(prepared.skin), bare_links(prepared.skin), note), same_robot=same
+        )
         self._on_refusal_changed()
 
     # The choice that is not applied yet.
@@ -253,7 +255,7 @@ class SkinPresenter(Presenter):
         self._panel.show_progress(text)
 
     def _on_fitted(self, skin: Skin) -> None:
-        self._panel.show_counts(dict.fromkeys(self._panel.links, 0) | counts(skin))
+        self._panel.show_counts(dict.fromkeys(self._panel.links, 0) | counts(skin), bare_links(skin))
         if self._opening is None:
             self._display.set_preview(skin)
 
@@ -356,6 +358,11 @@ def counts(skin: Skin) -> dict[str, int]:
     for patch in skin.patches:
         found[patch.link] += len(patch.taxels)
     return dict(found)
+
+
+def bare_links(skin: Skin) -> dict[str, str]:
+    """Return the reasons why links, or pieces of them, have no taxels."""
+    return {note.where: note.action for note in skin.findings if note.kind == NO_ROOM}
 
 
 def _listed(links: Sequence[str]) -> str:
