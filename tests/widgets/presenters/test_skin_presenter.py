@@ -10,6 +10,7 @@ from functools import partial
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLabel, QPushButton, QStyle, QStyleOptionViewItem, QToolButton
 
 from tactile_maps.editing.arrange import move
@@ -175,6 +176,27 @@ def test_impossible_choice_states_why_and_cannot_be_applied(window, qtbot):
     panel.pitch.setValue(20.0)
     wait_for_counts(window, qtbot)
     assert panel.apply.isEnabled()
+
+
+@pytest.mark.parametrize("key", [Qt.Key.Key_Delete, Qt.Key.Key_Backspace])
+def test_delete_unchecks_the_selected_link(window, key):
+    panel = panel_of(window)
+    tree = panel.tree
+    first = tree.checked
+    run(window, 0.1)
+    time_before = window.live.runner.session.frame.time
+    assert time_before > 0
+    for link in ("wrist", first[0]):  # one without skin, and one with skin
+        row = tree.rows[link]
+        tree.scrollToItem(row)
+        left_click(tree.viewport(), tree.visualItemRect(row).center())
+        assert tree.checked == first
+        QTest.keyClick(QApplication.focusWidget(), key)
+    assert tree.checked == first[1:]
+    assert panel.apply.isEnabled()
+    assert window.live.runner.session.frame.time == time_before, "the scene is not reset"
+    click(window, "skin-revert")
+    assert tree.checked == first
 
 
 def test_checked_link_without_taxels_states_the_reason(window, qtbot):

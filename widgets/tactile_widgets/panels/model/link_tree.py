@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
-from PySide6.QtGui import QShowEvent
+from PySide6.QtGui import QKeyEvent, QShowEvent
 from PySide6.QtWidgets import QHeaderView, QTreeWidget, QTreeWidgetItem, QWidget
 
 from tactile_maps.skin.fitting.cover import CoverCandidate
@@ -34,6 +34,7 @@ class LinkTree(QTreeWidget):
         super().__init__(parent)
         flat_list(self, "skin-links", "Links")
         self.setHeaderLabels(["Link", "cm²", "Taxels"])
+        self.headerItem().setToolTip(_LINK, "Space checks or unchecks the selected link, Delete unchecks it")
         self.headerItem().setToolTip(_AREA, "Outer area of the link that no other link covers")
         for column in (_AREA, _TAXELS):
             self.headerItem().setTextAlignment(column, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
@@ -109,6 +110,14 @@ class LinkTree(QTreeWidget):
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
         self.became_visible.emit()
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Uncheck the selected link at Delete and Backspace."""
+        row = self.currentItem()
+        if event.key() not in (Qt.Key.Key_Delete, Qt.Key.Key_Backspace):
+            super().keyPressEvent(event)
+        elif row is not None and row.checkState(_LINK) is Qt.CheckState.Checked:
+            row.setCheckState(_LINK, Qt.CheckState.Unchecked)
 
     def _on_item_changed(self, _row: QTreeWidgetItem, column: int) -> None:
         if column == _LINK:
