@@ -11,7 +11,7 @@ from tactile_maps.live.sources.open import SourceOptions
 from tactile_widgets.context.notification_bar import READ_SECONDS
 from tactile_widgets.session.live_input import LiveInputSettings
 from tests.widgets.support.mouse import left_click, left_release
-from tests.widgets.support.window_driver import press_map, record_run, replay_run, run, visible_skin
+from tests.widgets.support.window_driver import click_remedy, press_map, record_run, replay_run, run, visible_skin
 
 TEXT = "This is a recording: it cannot be pressed."
 
@@ -71,6 +71,30 @@ def test_offer_to_take_over_leaves_with_the_recording(window, tmp_path, monkeypa
     QApplication.processEvents()
     bar._read.timeout.emit()
     assert messages(window) == []
+
+
+def test_press_on_a_real_skin_is_explained_as_information_like_other_refused_presses(window, tmp_path):
+    (tmp_path / "readings.csv").write_text("# unit: Pa\ntime,0,1\n0.0,0,0\n0.1,0,0\n")
+    window.live.connection.open(LiveInputSettings(str(tmp_path / "readings.csv"), SourceOptions(speed=None)))
+    run(window, 0.1)
+    window.notification_bar.clear()
+    for _ in range(2):
+        press(window)
+        run(window, 0.1)
+        (message,) = window.notification_bar.messages
+        assert message.text == "A real skin is connected: it cannot be pressed here."
+        assert not message.fault
+    click_remedy(window, "Disconnect")
+    assert window.live.live_input is None
+    press(window)
+    run(window, 0.1)
+    window.presenters.effects.choose("fingers", "off")
+    run(window, 0.1)
+    window.notification_bar.clear()
+    press(window)
+    (message,) = window.notification_bar.messages
+    assert message.text == "No finger is simulated in this scene."
+    assert not message.fault
 
 
 def test_recording_of_a_real_skin_is_not_offered_to_a_simulation(window, tmp_path):

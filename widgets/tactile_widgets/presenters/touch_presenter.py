@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 from PySide6.QtCore import Signal
+from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QWidget
 
 from tactile_maps.geometry.surface.mesh import SurfacePoint
-from tactile_maps.recording.player import RecordingPlayer
 from tactile_maps.tactile.poke import PokeMoved, PokePressed, PokePulled, PokeReleased
 from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.context.presenter import Presenter
@@ -16,6 +17,15 @@ from tactile_widgets.panels.touch.contacts_panel import ContactsPanel
 
 MOUSE_FINGER = 1
 """Id of the mouse's finger; scripted fingers have 0 and below, fingers that stay 2 and above."""
+
+
+@dataclass(frozen=True)
+class _Refusal:
+    """Reason why the skin cannot be pressed, and actions that help; for ``pending`` see ``Message``."""
+
+    text: str
+    remedies: Sequence[QAction] = ()
+    pending: Callable[[], bool] | None = None
 
 
 class TouchPresenter(Presenter):
@@ -35,11 +45,12 @@ class TouchPresenter(Presenter):
     def __init__(self, context: AppContext, parent: QWidget) -> None:
         super().__init__(context, parent)
         self._last_id = MOUSE_FINGER
-        self._explained = False  # why the recording that is shown cannot be pressed
+        self._explained = ""  # why what is shown cannot be pressed
         self.fingers = context.panels.get(ContactsPanel).fingers
         self.fingers.force_edited.connect(self.set_force)
         self.fingers.removed.connect(self.remove)
-        self._session.replay.player_changed.connect(self._on_player_changed)
+        self._session.replay.player_changed.connect(self._forget_explanation)
+        self._session.connection.changed.connect(self._forget_explanation)
         for gestures in context.views.interactions:
             gestures.poke_pressed.connect(self.press)
             gestures.poke_moved.connect(self.move)
@@ -89,32 +100,36 @@ class TouchPresenter(Presenter):
         self._session.submit(PokeReleased(finger_id))
 
     def _can_touch(self) -> bool:
-        """Whether the current session accepts touches. If not, report why and offer a remedy."""
+        """Whether touches are accepted. If not, report why: in a message once, then in the status line."""
+        refusal = self._refusal()
+        if refusal is None:
+            self._explained = ""
+            return True
+        if refusal.text == self._explained:
+            self._notifier.status(refusal.text)
+        else:
+            self._notifier.say(refusal.text, remedies=refusal.remedies, pending=refusal.pending)
+        self._explained = refusal.text
+        return False
+
+    def _refusal(self) -> _Refusal | None:
+        """Return why the skin cannot be pressed, which is never a failure; None if it can."""
         session = self._session
-        notifier = self._notifier
         actions = self._context.actions
-        if session.replay.player is not None:
-            self._explain_replay(session.replay.player)
-            return False
+        if (player := session.replay.player) is not None:
+            text = "This is a recording: it cannot be pressed."
+            if player.measured is None:
+                return _Refusal(text, [actions["take_over"]])
+            return _Refusal(f"{text} Its readings are those of a real skin, which no simulation continues.")
+        if session.live_input is not None:
+            return _Refusal("A real skin is connected: it cannot be pressed here.", [actions["disconnect"]])
         if self._lacks_fingers:
             text = "No finger is simulated in this scene."
-            notifier.say(text, remedies=[actions["simulate_fingers"]], pending=lambda: self._lacks_fingers)
-            return False
-        return True
+            return _Refusal(text, [actions["simulate_fingers"]], pending=lambda: self._lacks_fingers)
+        return None
 
-    def _explain_replay(self, player: RecordingPlayer) -> None:
-        """Report that a recording cannot be pressed: by a message once, afterwards in the status line."""
-        text = "This is a recording: it cannot be pressed."
-        if self._explained:
-            self._notifier.status(text)
-        elif player.measured is None:
-            self._notifier.say(text, remedies=[self._context.actions["take_over"]])
-        else:
-            self._notifier.say(f"{text} Its readings are those of a real skin, which no simulation continues.")
-        self._explained = True
-
-    def _on_player_changed(self, _player: RecordingPlayer | None) -> None:
-        self._explained = False
+    def _forget_explanation(self, _changed: object) -> None:
+        self._explained = ""
 
     @property
     def _lacks_fingers(self) -> bool:
