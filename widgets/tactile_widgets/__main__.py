@@ -12,7 +12,6 @@ from tactile_maps.cli.main import run_command
 from tactile_maps.cli.shared.output import print_fields, print_json, print_warning, progress_line
 from tactile_maps.core.errors import DisplayError, UsageError
 from tactile_maps.core.file_kinds import FileKind
-from tactile_maps.recording.file.damage import damage_text
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -158,8 +157,8 @@ def _film(arguments: argparse.Namespace) -> int:
         )
     finally:
         report("", 1.0)
-    for one in player.damage:
-        print_warning(damage_text(one, player.prepared.scene.tick))
+    for text in player.damage_texts:
+        print_warning(text)
     width, height = arguments.size
     seconds = player.duration if span is None else min(span[1], player.duration) - span[0]
     if arguments.json:

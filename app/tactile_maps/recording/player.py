@@ -17,7 +17,7 @@ from tactile_maps.core.progress import Progress, no_progress
 from tactile_maps.recording.encoding.annotations import Annotations, annotations_in, load_annotations
 from tactile_maps.recording.encoding.frame_codec import decode_frame
 from tactile_maps.recording.file import mcap_file
-from tactile_maps.recording.file.damage import RecordingDamage
+from tactile_maps.recording.file.damage import RecordingDamage, damage_text
 from tactile_maps.recording.file.messages import read_messages
 from tactile_maps.session import bundle
 from tactile_maps.session.frame import Frame
@@ -178,13 +178,24 @@ class RecordingPlayer:
         times = [(self._seconds(start), self._seconds(end)) for start, end in spans]
         return [(max(start, 0.0), min(end, self.duration)) for start, end in times if end > 0 and start < self.duration]
 
-    def damaged_spans(self) -> list[tuple[float, float, RecordingDamage]]:
-        """Return start and end [s since the first frame] of damage, clamped to the recording, for a timeline."""
+    @property
+    def damage_texts(self) -> tuple[str, ...]:
+        """Descriptions of ``damage``, with times since the first frame."""
+        return tuple(map(self._damage_text, self.damage))
+
+    def _damage_text(self, damage: RecordingDamage) -> str:
+        return damage_text(damage, self.prepared.scene.tick, begins=float(self.times[0]))
+
+    def damaged_spans(self) -> list[tuple[float, float, str]]:
+        """Return start and end [s since the first frame] and descriptions of damage, for a timeline.
+
+        They are clamped to the recording.
+        """
         spans = []
         for damage in self.damage:
             if damage.first is not None:
                 end = self.duration if damage.last is None else self.seconds_at(damage.last + 1)
-                spans.append((self.seconds_at(damage.first), end, damage))
+                spans.append((self.seconds_at(damage.first), end, self._damage_text(damage)))
         return spans
 
     def _unpack(self, chunk: int) -> dict[int, bytes]:

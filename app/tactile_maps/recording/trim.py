@@ -26,7 +26,7 @@ from tactile_maps.recording.encoding.annotations import (
 )
 from tactile_maps.recording.encoding.viewer_messages import ROBOT_TOPIC, viewer_schemas
 from tactile_maps.recording.file import mcap_file
-from tactile_maps.recording.file.damage import DamageKind, RecordingDamage
+from tactile_maps.recording.file.damage import DamageKind, RecordingDamage, damage_text
 from tactile_maps.recording.file.messages import FramePlaces, RecordedMessages, damage_entry, read_messages
 from tactile_maps.recording.player import RecordingPlayer
 from tactile_maps.session.bundle import unpack_scene
@@ -46,6 +46,7 @@ class TrimResult:
         file: The new file.
         damage: Damage of the source that affects the part; the new file states the same.
         tick: Time step of the scene [s].
+        begins: Session time of the source's first frame [s].
     """
 
     frames: int
@@ -53,6 +54,12 @@ class TrimResult:
     file: str
     damage: tuple[RecordingDamage, ...] = ()
     tick: float = 0.0
+    begins: float = 0.0
+
+    @property
+    def damage_texts(self) -> tuple[str, ...]:
+        """Descriptions of the damage, with times since the first frame of the source."""
+        return tuple(damage_text(one, self.tick, begins=self.begins) for one in self.damage)
 
 
 def trim(
@@ -99,7 +106,8 @@ def trim(
     with open_atomically(target, error=RecordingError, overwrite=overwrite) as stream:
         part.write(stream, annotations_entry(annotations.within(begin, end)), progress)
     seconds = (end - begin) * prepared.scene.tick
-    return TrimResult(len(kept), seconds, str(target), part.damage, prepared.scene.tick)
+    step = prepared.scene.tick
+    return TrimResult(len(kept), seconds, str(target), part.damage, step, float(ticks[0] * step))
 
 
 def check_apart(source: Path, target: Path) -> None:

@@ -41,6 +41,7 @@ def test_scene_without_fingers_offers_to_enable_them(window):
 
 @pytest.mark.long
 def test_simulation_continues_from_the_shown_frame_of_a_recording(window, tmp_path, qtbot):
+    run(window, 1.0)
     window.live.recording.start(tmp_path / "a.mcap")
     window.column["controller"].choose_controller("hold_force")
     press_map(window, 20)
@@ -56,6 +57,7 @@ def test_simulation_continues_from_the_shown_frame_of_a_recording(window, tmp_pa
     click_remedy(window, "Take over from here")
     qtbot.waitUntil(lambda: window.live.mode is Mode.RUNNING)
     session = window.live.runner.session
+    assert window.statusBar().currentMessage().startswith("Taken over at 0:00.4"), "the time of the timeline"
     assert session.frame.tick == shown.tick
     assert session.frame.posture.tobytes() == shown.posture.tobytes()
     assert session.frame.pressures.tobytes() == shown.pressures.tobytes()

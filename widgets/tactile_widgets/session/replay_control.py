@@ -78,7 +78,10 @@ class ReplayControl(QObject):
     jumped = Signal()
     """The next frame does not follow the one shown before."""
     taken_over = Signal(float, bool)
-    """The simulation continues from this time [s] of a recording; True if its state is the recorded one bit for bit."""
+    """The simulation continues from this time of a recording [s since its first frame].
+
+    True if its state is the recorded one bit for bit.
+    """
 
     def __init__(self, host: ReplayHost, parent: QObject) -> None:
         super().__init__(parent)
@@ -171,14 +174,14 @@ class ReplayControl(QObject):
         self._host.end_progress()
         self._host.report_failure(text)
 
-    def _on_done(self, session: Session, same: bool) -> None:
-        self._host.admit(partial(self._continue, session, same), None)
+    def _on_done(self, session: Session, seconds: float, same: bool) -> None:
+        self._host.admit(partial(self._continue, session, seconds, same), None)
 
-    def _continue(self, session: Session, same: bool) -> None:
+    def _continue(self, session: Session, seconds: float, same: bool) -> None:
         self._take_over = None
         self._host.end_progress()
         self._host.run_session(session)
-        self.taken_over.emit(session.frame.time, same)
+        self.taken_over.emit(seconds, same)
 
 
 class TakeOver(QObject):
@@ -197,8 +200,8 @@ class TakeOver(QObject):
 
     progressed = Signal(float)
     """Fraction done, 0 to 1."""
-    done = Signal(object, bool)
-    """The Session at that frame, and whether its posture and pressures are the recorded ones bit for bit."""
+    done = Signal(object, float, bool)
+    """The Session at that frame, the time of the frame [s since the first], and whether both are equal bit for bit."""
     failed = Signal(str)
     """Reason why the frame cannot be reached."""
 
@@ -211,6 +214,7 @@ class TakeOver(QObject):
                 value=player.measured,
                 remedy="Open its robot and connect the skin again",
             )
+        self._seconds = player.seconds_at(frame.tick)
         self._again = Resimulation(player)
         self._frame = frame
         self._timer = QTimer(self)
@@ -247,4 +251,4 @@ class TakeOver(QObject):
             getattr(frame, name).tobytes() == getattr(recorded, name).tobytes() for name in ("posture", "velocity")
         )
         self._again.session.continue_script()
-        self.done.emit(self._again.session, same)
+        self.done.emit(self._again.session, self._seconds, same)

@@ -18,7 +18,7 @@ from tactile_maps.core.errors import Finding, MeshError, RecordingError, SkinErr
 from tactile_maps.core.file_kinds import FileKind
 from tactile_maps.core.plugins import Plugin, Registry, unknown_kinds
 from tactile_maps.maps.formats.map_file import load_map
-from tactile_maps.recording.file.damage import DamageKind, damage_text
+from tactile_maps.recording.file.damage import DamageKind
 from tactile_maps.robots.files.mesh_files import read_mesh_in_metres
 from tactile_maps.robots.formats.touch_sensors import read_touch_sensors
 from tactile_maps.robots.library import load_robot
@@ -336,17 +336,16 @@ def _recording(name: str) -> dict[str, Any]:
     from tactile_maps.recording.player import RecordingPlayer  # 0.1 s: it can simulate
 
     player = RecordingPlayer(name)
-    tick = player.prepared.scene.tick
     problems = [
         {
             "kind": damage.kind.value,
-            "where": damage_text(damage, tick),
+            "where": text,
             "remedy": "Inspect it again when the recording has ended"
             if damage.kind == DamageKind.BEING_RECORDED
             else f"tactile-maps recover {name} -o recovered.mcap saves the intact part",
             "count": damage.count or 1,
         }
-        for damage in player.damage
+        for damage, text in zip(player.damage, player.damage_texts, strict=True)
     ]
     try:
         notes = player.annotations()

@@ -70,17 +70,18 @@ _WORDS = {
 }
 
 
-def damage_text(damage: RecordingDamage, tick_seconds: float) -> str:
+def damage_text(damage: RecordingDamage, tick_seconds: float, *, begins: float = 0.0) -> str:
     """Return a description with place and duration: "frames missing: 6, ticks 96 to 101 (0.03 s from 0.48 s on)".
 
     Args:
         damage: The damage.
         tick_seconds: Time step of the recording's scene [s].
+        begins: Session time of the first frame [s]; the times in the text are since then, as on a timeline.
     """
     text = _WORDS[damage.kind].format("unknown number" if damage.count is None else damage.count)
     if damage.first is None:
         return text
-    start = damage.first * tick_seconds
+    start = max(damage.first * tick_seconds - begins, 0.0)
     if damage.last is None:
         return f"{text}, from tick {damage.first} on ({start:.4g} s)"
     if damage.last == damage.first:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from datetime import datetime
 from pathlib import Path
 
@@ -10,7 +11,6 @@ import pytest
 from mcap.reader import make_reader
 from PySide6.QtWidgets import QToolButton
 
-from tactile_maps.recording.file.damage import DamageKind
 from tactile_widgets.common.mode import Mode
 from tactile_widgets.plots.timeline.scrub_bar import ScrubBar
 from tactile_widgets.session.recording_writer import DiskSpace
@@ -28,6 +28,8 @@ def window(window_again):
 
 def test_damage_of_a_recording_is_reported_and_marked(window, tmp_path):
     path = tmp_path / "damaged.mcap"
+    window.live.reset()
+    run(window, 2.0)
     record_run(window, path, 0.6)
     data = bytearray(path.read_bytes())
     with path.open("rb") as stream:
@@ -40,8 +42,13 @@ def test_damage_of_a_recording_is_reported_and_marked(window, tmp_path):
     assert window.live.mode is Mode.REPLAYING
     assert "damaged.mcap is damaged" in window.notification_bar.text
     assert "frames missing" in window.notification_bar.text
-    (span,) = [span for span in window.live.replay.player.damaged_spans() if span[2].kind == DamageKind.FRAMES_MISSING]
-    assert 0 < span[0] < span[1] <= window.live.replay.player.duration
+    player = window.live.replay.player
+    (span,) = [span for span in player.damaged_spans() if "frames missing" in span[2]]
+    assert 0 < span[0] < span[1] <= player.duration
+    assert float(player.times[0]) > 1.0, "the session began before the recording"
+    assert span[2] in window.notification_bar.text
+    stated = re.search(r"s from ([\d.]+) s on\)", span[2])
+    assert float(stated[1]) == pytest.approx(span[0], abs=1e-3), "as on the timeline"
     assert window.timeline.findChild(ScrubBar)._damage
 
 

@@ -17,7 +17,6 @@ from PySide6.QtWidgets import QMessageBox, QWidget
 
 from tactile_maps.core.errors import names_text
 from tactile_maps.recording.encoding.annotations import Outcome, annotations_file
-from tactile_maps.recording.file.damage import damage_text
 from tactile_maps.recording.overview.summary import RecordingSummary
 from tactile_maps.recording.trim import TrimResult
 from tactile_widgets.common.file_dialogs import RECORDING_FILTER
@@ -130,7 +129,7 @@ class RecordingsPresenter(Presenter):
         else:
             notifier.say(f"Saved {saved}", of="save range")
         self._context.dialogs.remember_opened(Path(written[0].file).parent)
-        damage = list(dict.fromkeys(damage_text(one, part.tick) for part in written for one in part.damage))
+        damage = list(dict.fromkeys(text for part in written for text in part.damage_texts))
         if damage:
             texts = names_text(damage, _MOST_DAMAGE, separator="; ")
             text = f"Saved {saved} with the damage of the recording: {texts}"

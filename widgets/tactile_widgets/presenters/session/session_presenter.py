@@ -13,7 +13,6 @@ from PySide6.QtWidgets import QWidget
 from tactile_maps.core.errors import TactileMapsError, names_text
 from tactile_maps.live.session.facts import MeasuredFacts
 from tactile_maps.live.session.reading_gap import GapCause, ReadingGap
-from tactile_maps.recording.file.damage import damage_text
 from tactile_maps.recording.player import RecordingPlayer
 from tactile_widgets.common.make import make
 from tactile_widgets.common.mode import Mode
@@ -23,6 +22,7 @@ from tactile_widgets.dialogs.connect_dialog import ConnectDialog
 from tactile_widgets.panels.touch.live_input_panel import LiveInputPanel
 from tactile_widgets.panels.touch.requested_motion_panel import RequestedMotionPanel
 from tactile_widgets.panels.touch.skin_check_panel import SkinCheckPanel
+from tactile_widgets.plots.timeline.playhead import clock_text
 from tactile_widgets.plots.timeline.scrub_bar import DamagedSpan
 from tactile_widgets.presenters.maps.map_file_presenter import MapFilePresenter
 from tactile_widgets.session.live_input import LiveInputSettings
@@ -102,17 +102,17 @@ class SessionPresenter(Presenter):
         if player is None:
             self._timeline.set_live(None)
         else:
-            tick = player.prepared.scene.tick
             spans = player.poke_spans()
             edits = player.edits()
-            damage = [DamagedSpan(start, end, damage_text(one, tick)) for start, end, one in player.damaged_spans()]
+            damage = [DamagedSpan(*span) for span in player.damaged_spans()]
+            tick = player.prepared.scene.tick
             self._timeline.set_recording(player.duration, spans, edits=edits, damage=damage, frame_seconds=tick)
             if player.damage:
                 self._notifier.fault(_damage_message(player), of="open file")
             self._session.measurements.measure(player.prepared.map)
 
     def _on_taken_over(self, seconds: float, same: bool) -> None:
-        words = f"Taken over at {seconds:.2f}\u202fs"
+        words = f"Taken over at {clock_text(seconds)}"
         if same:
             self._notifier.status(f"{words}; the state equals the recorded one, bit for bit")
         else:
@@ -134,8 +134,7 @@ class SessionPresenter(Presenter):
 
 def _damage_message(player: RecordingPlayer) -> str:
     """Return a message about the damages of a recording: the first ones in words, and the number of others."""
-    tick = player.prepared.scene.tick
-    damages = names_text([damage_text(one, tick) for one in player.damage], _MOST_NAMED, separator="; ")
+    damages = names_text(player.damage_texts, _MOST_NAMED, separator="; ")
     return f"The recording {player.path.name} is damaged: {damages}. The timeline marks where."
 
 

@@ -11,7 +11,6 @@ from tactile_maps.cli.shared.output import print_result, print_warning, progress
 from tactile_maps.cli.shared.unused_options import refuse_with_input
 from tactile_maps.core.errors import UsageError
 from tactile_maps.export.export import FORMATS, ExportOptions, export_recording
-from tactile_maps.recording.file.damage import damage_text
 from tactile_maps.recording.player import RecordingPlayer
 
 
@@ -45,9 +44,8 @@ def execute(arguments: argparse.Namespace) -> int:
         )
     finally:
         report("", 1.0)
-    tick = player.prepared.scene.tick
-    for one in player.damage:
-        print_warning(damage_text(one, tick))
+    for text in player.damage_texts:
+        print_warning(text)
     size = sum(part.stat().st_size for part in (target.rglob("*") if target.is_dir() else [target]) if part.is_file())
     result = {
         "file": str(target),
@@ -60,7 +58,7 @@ def execute(arguments: argparse.Namespace) -> int:
     rows = {
         "Frames": len(player),
         "Duration": f"{player.duration:.2f} s",
-        **damage_rows(player.damage, tick),
+        **damage_rows(player.damage_texts),
         "Written to": f"{target}, {1e-6 * size:.1f} MB in {time.perf_counter() - start:.1f} s",
     }
     print_result(result, rows, as_json=arguments.json)

@@ -6,6 +6,7 @@ import argparse
 
 from tactile_maps.cli.shared.damage import damage_rows
 from tactile_maps.cli.shared.output import print_result
+from tactile_maps.recording.file.damage import damage_text
 from tactile_maps.recording.recover import recover
 
 
@@ -21,7 +22,7 @@ def execute(arguments: argparse.Namespace) -> int:
     rows = {
         "Frames": saved.frames,
         "Known to be missing": saved.lost_frames,
-        **damage_rows(saved.damage, saved.tick),
+        **damage_rows([damage_text(one, saved.tick) for one in saved.damage]),
         "Written to": saved.file,
     }
     print_result(result, rows, as_json=arguments.json)

@@ -29,7 +29,7 @@ def execute(arguments: argparse.Namespace) -> int:
         "Frames": len(player),
         "Duration": f"{player.duration:.2f} s",
         "Robot": player.prepared.robot.name,
-        **damage_rows(player.damage, player.prepared.scene.tick),
+        **damage_rows(player.damage_texts),
     }
     if player.failure is not None:
         tick, error = player.failure

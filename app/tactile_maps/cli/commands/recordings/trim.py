@@ -8,7 +8,6 @@ from pathlib import Path
 from tactile_maps.cli.shared.output import print_result, print_warning, progress_line
 from tactile_maps.core.errors import RecordingError, UsageError, counted
 from tactile_maps.core.files import make_output_folder
-from tactile_maps.recording.file.damage import damage_text
 from tactile_maps.recording.player import RecordingPlayer
 from tactile_maps.recording.trim import TrimResult, trim, trim_episodes
 
@@ -29,8 +28,8 @@ def execute(arguments: argparse.Namespace) -> int:
     finally:
         report("", 1.0)
     for one in written:
-        for damage in one.damage:
-            print_warning(f"{one.file}: {damage_text(damage, one.tick)}")
+        for text in one.damage_texts:
+            print_warning(f"{one.file}: {text}")
     rows = {one.file: f"{one.seconds:.2f} s, {counted(one.frames, 'frame')}" for one in written}
     print_result({"files": [_row(one) for one in written]}, rows, as_json=arguments.json)
     return 0
