@@ -1,4 +1,4 @@
-"""Readings of a real skin by UDP: gaps and doubtful tares are reported until readings or a better tare follow."""
+"""Readings of a real skin by UDP: gaps, doubtful tares, and arrows of unknown forces."""
 
 from __future__ import annotations
 
@@ -235,3 +235,29 @@ def test_tare_of_a_touched_skin_is_questioned_until_one_follows_without_a_touch(
     tare(0.0)
     assert window.notification_bar.messages == ()
     assert stream.baseline == "Tared."
+
+
+def test_arrows_of_unknown_forces_are_relative_to_the_strongest_and_fit(stream, untouched):
+    """Contacts of up to 3,000 counts, whose sums over areas are tens of thousands."""
+    window = stream.window
+    window.resize(1366, 768)
+    left_click(stream.tare)
+    random = np.random.default_rng(0)
+    count = len(untouched)
+    stream.send(untouched, 50)
+    touch = np.zeros(count)
+    touch[random.choice(count, 60, replace=False)] = random.integers(300, 3000, 60)
+    stream.send(untouched + touch, 3)
+    display = window.robot_view.display
+    display.draw_now()
+    captions = display.overlay._captions
+    assert captions.legend == "Arrow: relative to the strongest, not calibrated"
+    assert captions.contacts > 5 >= len(captions.forces)
+    arrows = display.actors.forces
+    lengths = [np.linalg.norm(arrow[0] - arrow[1]) for arrow, _ in arrows]
+    strengths = [region.force for _, region in arrows]
+    assert strengths[0] == max(strengths) > 10_000
+    np.testing.assert_allclose(lengths, max(lengths) * np.array(strengths) / max(strengths), rtol=1e-6)
+    tails = [display.actors.viewpoint.pixels(arrow, display.size)[0] for arrow, _ in arrows]
+    room = display.overlay.rect()
+    assert all(room.contains(*np.round(tail).astype(int).tolist()) for tail in tails)

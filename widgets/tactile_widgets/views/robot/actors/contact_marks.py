@@ -19,6 +19,9 @@ from tactile_widgets.views.robot.actors.surface_marks import add_mark, set_matri
 ARROW_LENGTH = 0.012
 """Length of an arrow [m/N]."""
 MAX_ARROW = 0.25
+"""Longest arrow [m]."""
+_RELATIVE_ARROW = 0.15
+"""Length of the strongest contact's arrow where forces are unknown, as a share of the size of the largest patch."""
 MAX_CONTACTS = 8
 _SMALLEST_RING = 0.008
 _RING_GAP = 0.003
@@ -34,7 +37,7 @@ def ring_radius(region: ContactRegion) -> float:
 def arrow_legend(units: ReadingUnits) -> str:
     """Return the caption that explains the length of arrows."""
     if units.force is None:
-        return "Arrow: relative, readings are not calibrated"
+        return "Arrow: relative to the strongest, not calibrated"
     return f"Arrow: {1e3 * ARROW_LENGTH:g}\u202fmm per newton"
 
 
@@ -63,6 +66,7 @@ class ContactMarks:
 
     def __init__(self, plotter: Any, theme: Theme, prepared: PreparedScene) -> None:
         self._index = prepared.robot.link_index
+        self._relative = _RELATIVE_ARROW * max(patch.surface.size for patch in prepared.skin.patches)
         disc, hover, ball, arrow = _mark_shapes()
         self._discs = [add_mark(plotter, disc, theme.accent) for _ in range(MAX_CONTACTS)]
         self._arrows = [add_mark(plotter, arrow, theme.accent) for _ in range(MAX_CONTACTS)]
@@ -77,6 +81,9 @@ class ContactMarks:
         """Place discs and arrows at the regions' centres of pressure, and a ball at each fingertip."""
         regions = frame.regions[:MAX_CONTACTS]
         pokes = frame.pokes[:MAX_CONTACTS]
+        strongest = max((region.force for region in regions), default=0.0)
+        known = frame.units.force is not None
+        scale = ARROW_LENGTH if known else self._relative / strongest if strongest > 0 else 0.0
         self.forces = []
         unused = (*self._discs[len(regions) :], *self._arrows[len(regions) :], *self._balls[len(pokes) :])
         for actor in unused:
@@ -87,7 +94,7 @@ class ContactMarks:
             normal = pose[:3, :3] @ region.link_normal
             ring = ring_radius(region)
             _place(disc, point + 0.001 * normal, normal, ring, ring)
-            length = min(ARROW_LENGTH * region.force, MAX_ARROW)
+            length = min(scale * region.force, MAX_ARROW)
             _place(arrow, point + 0.002 * normal, normal, 0.08, max(length, 1e-3))
             self.forces.append((point + np.outer([0.002 + length, 0.002], normal), region))
         for poke, ball in zip(pokes, self._balls, strict=False):
