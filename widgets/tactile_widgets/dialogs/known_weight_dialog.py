@@ -7,6 +7,7 @@ from PySide6.QtWidgets import QDialog, QDialogButtonBox, QDoubleSpinBox, QFormLa
 
 from tactile_maps.live.calibration.weighing import LONGEST
 from tactile_maps.live.session.facts import MeasuredFacts
+from tactile_maps.live.session.reading_gap import ReadingGap
 from tactile_widgets.common.make import make, push_button
 
 _STEPS = (
@@ -64,14 +65,16 @@ class KnownWeightDialog(QDialog):
         noun = "taxel" if count == 1 else "taxels"
         self.scope.setText(f"{count} selected {noun}" if count else "The whole skin")
 
-    def show_facts(self, facts: MeasuredFacts, *, error: str = "") -> None:
-        """Show the state of the calibration, or the error of the last request."""
+    def show_facts(self, facts: MeasuredFacts, gap: ReadingGap | None, *, error: str = "") -> None:
+        """Show the state of the calibration, a gap in the readings it waits for, or the error of the last request."""
         weighing = facts.weighing
         self.measure.setEnabled(facts.tared and not facts.taring and weighing.left is None)
         self.negative.setVisible(weighing.falling)
         self.undo.setEnabled(weighing.undoable or weighing.left is not None)
         self.save.setEnabled(facts.calibrated)
-        if weighing.left is not None:
+        if gap is not None and not error and (facts.taring or weighing.left is not None):
+            text = f"{'The tare' if facts.taring else 'The measurement'} waits for readings: {gap.cause}."
+        elif weighing.left is not None:
             text = f"Measuring, {weighing.left:.1f}\u202fs left" if weighing.left > 0 else "Waiting for a reading"
         elif weighing.falling and not error:
             text = "The readings fall under the weight: the gain is negative. Apply it?"

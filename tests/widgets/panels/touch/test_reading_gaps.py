@@ -198,6 +198,29 @@ def test_tare_without_readings_states_why_it_waits(stream, untouched):
     assert (stream.tare.text(), stream.baseline) == ("Tare", "Tared.")
 
 
+def test_weight_dialog_states_that_no_readings_arrive(stream, untouched):
+    left_click(stream.panel.findChild(QPushButton, "live-weight"))
+    dialog = stream.panel.weight
+
+    def state():
+        return dialog.findChild(QLabel, "weight-state").text()
+
+    left_click(stream.tare)
+    stream.wait(0.0)
+    assert state() == "The tare waits for readings: none arrive."
+    stream.send(untouched)
+    assert state() == "Taring…"
+    stream.send(untouched, 49)
+    left_click(dialog.measure)
+    assert state().startswith("Measuring, 2.0")
+    stream.wait(2.0)
+    assert state() == "The measurement waits for readings: none arrive."
+    stream.send(untouched)
+    assert state().startswith("Measuring, ")
+    stream.panel.weight = None
+    dialog.deleteLater()
+
+
 def test_tare_of_a_touched_skin_is_questioned_until_one_follows_without_a_touch(stream):
     window = stream.window
     skin = window.live.prepared.skin

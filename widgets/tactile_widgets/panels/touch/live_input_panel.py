@@ -155,7 +155,7 @@ class LiveInputPanel(ConnectedPanel):
         self._values["state"].setToolTip("" if gap is None else as_sentence(gap.reason))
         self._show_troubles(_troubles(status, facts))
         if self.weight is not None:
-            self.weight.show_facts(facts, error=self._weight_error)
+            self.weight.show_facts(facts, gap, error=self._weight_error)
         if self.distribution.isVisible():
             self.distribution.show_levels(*self._input.levels())
         self._mode.setCurrentIndex(list(_MODES).index(facts.mode))
