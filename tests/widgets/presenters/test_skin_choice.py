@@ -7,6 +7,8 @@ from functools import partial
 import pytest
 from PySide6.QtWidgets import QApplication, QMessageBox
 
+from tactile_maps.editing.arrange import move
+from tactile_maps.editing.document_file import load_document
 from tactile_maps.scene.scene_file import load_scene
 from tactile_widgets.dialogs.dialogs import Button
 from tactile_widgets.panels.registry import PanelTab
@@ -27,6 +29,7 @@ from tests.widgets.support.window_driver import answer, cancel, record_run, run
 pytestmark = pytest.mark.usefixtures("scene_cache")
 
 CHOSEN = "chosen skin (not applied yet)"
+UNOPENED = "chosen skin of rods (not open yet)"
 LINKS = ("upper_arm", "forearm", "hand")
 
 
@@ -53,6 +56,12 @@ def rods(tmp_path):
 def question(window):
     """Text of the visible question, or an empty string."""
     return next((box.text() for box in window.findChildren(QMessageBox) if box.isVisible()), "")
+
+
+def offers_save(window):
+    """Whether the visible question has the button Save."""
+    (box,) = [box for box in window.findChildren(QMessageBox) if box.isVisible()]
+    return box.button(Button.Save) is not None
 
 
 def chosen(window):
@@ -138,19 +147,26 @@ def test_save_applies_the_choice_and_saves_it_once_it_is_shown(window, tmp_path,
     assert unsaved(window) == ()
 
 
-def test_choice_that_cannot_be_applied_keeps_the_document_and_states_why(window, rods, tmp_path):
+def test_choice_that_cannot_be_applied_is_not_offered_to_be_saved(window, rods, tmp_path):
     click_box(window, "wrist")
     window.live.recording.start(tmp_path / "a.mcap")
     window.presenters.files.open_path(rods)
-    answer(window, Button.Save)
-    assert "not applied. A recording is being made" in window.notification_bar.text
+    assert question(window).endswith("cannot be saved now. A recording is being made: stop it to change the skin.")
+    assert not offers_save(window)
+    answer(window, Button.Cancel)
+    window.action("save").trigger()
+    assert "cannot be saved now. A recording is being made" in window.notification_bar.text
     window.live.recording.stop()
     for link in chosen(window):
         click_box(window, link)
     window.presenters.files.open_path(rods)
-    answer(window, Button.Save)
-    assert "Check at least one link" in window.notification_bar.text
+    assert question(window).endswith("cannot be saved now. Check at least one link.")
+    assert not offers_save(window)
+    answer(window, Button.Cancel)
     assert unsaved(window) == (CHOSEN,)
+
+
+def test_choice_that_fails_to_be_applied_keeps_the_document_and_states_why(window, rods):
     click_box(window, "hand")
     panel = panel_of(window)
     panel.amount.setCurrentIndex(panel.amount.findData("pitch"))
@@ -170,8 +186,9 @@ def test_choice_waits_during_a_recording_or_a_connection(window, tmp_path, qtbot
     assert chosen(window) == {*LINKS}
     window.close()
     assert CHOSEN in question(window)
-    answer(window, Button.Save)
-    assert "not applied. A recording is shown" in window.notification_bar.text
+    assert "A recording is shown" in question(window)
+    assert not offers_save(window)
+    answer(window, Button.Cancel)
     window.live.replay.leave()
     assert chosen(window) == {*LINKS, "wrist"}
     wait_for_counts(window, qtbot)
@@ -191,7 +208,7 @@ def test_choice_is_shown_again_after_the_panel_showed_a_robot_that_is_not_open(w
     window.action("choose_links").trigger()
     assert chosen(window) == {"left", "right"}
     click_box(window, "left")
-    assert unsaved(window) == (CHOSEN,), "of the arm"
+    assert unsaved(window) == (CHOSEN, UNOPENED)
     click(window, "skin-revert")
     assert chosen(window) == {*LINKS, "wrist"}
     begin_to_open_rods(window, tmp_path, discarding=True)
@@ -257,3 +274,121 @@ def test_choice_whose_application_is_cancelled_is_asked_about_again(window):
     assert unsaved(window) == ("skin", CHOSEN)
     click(window, "skin-apply")
     assert unsaved(window) == ("skin",), "instead of the first"
+
+
+def test_other_changes_are_saved_without_a_choice_that_cannot_be(new_window, tmp_path, choose_file, qtbot):
+    window = show_panel(new_window)
+    record_run(window, tmp_path / "a.mcap", 0.1)
+    click_box(window, "wrist")
+    window.editor.do("Move", partial(move, numbers=[0], by=(0.01, 0.0)))
+    window.live.open_recording(tmp_path / "a.mcap")
+    choose_file("save_file", tmp_path / "own.npz")
+    window.close()
+    assert question(window).endswith("Save saves the other changes, and the chosen skin is lost.")
+    answer(window, Button.Save)
+    qtbot.waitUntil(lambda: not window.isVisible())
+    saved = load_document(tmp_path / "own.npz")
+    assert saved.layout == window.editor.document.layout
+
+
+# A robot that is not open yet.
+
+
+@pytest.fixture
+def choosing(window, tmp_path):
+    """The window whose panel chooses the skin of a robot before it is opened."""
+    begin_to_open_rods(window, tmp_path)
+    window.action("choose_links").trigger()
+    assert unsaved(window) == (), "nothing is chosen yet"
+    yield window
+    window.live.scene_jobs.executor.hold = False
+
+
+def test_choice_for_a_robot_that_is_not_open_is_asked_about(choosing):
+    window = choosing
+    click_box(window, "left")
+    assert window.isWindowModified()
+    window.action("save").trigger()
+    assert "rods is not open yet" in window.notification_bar.text
+    for leave in (window.close, partial(window.presenters.files.open_shipped, "carry")):
+        leave()
+        assert question(window) == (
+            f"These parts have changes that are not saved: {UNOPENED}. The chosen skin cannot be saved now. "
+            "rods is not open yet: Open in the panel Skin opens it with this skin."
+        )
+        assert not offers_save(window)
+        answer(window, Button.Cancel)
+        assert window.isVisible()
+        assert chosen(window) == {"right"}
+    click_box(window, "left")
+    assert unsaved(window) == (), "it equals the default again"
+    click_box(window, "left")
+    click(window, "skin-revert")
+    assert unsaved(window) == ()
+    assert chosen(window) == {*LINKS}
+
+
+def test_discarded_choice_for_a_robot_that_is_not_open_is_asked_about_once(choosing, rods):
+    window = choosing
+    click_box(window, "left")
+    window.presenters.files.open_path(rods)
+    answer(window, Button.Discard)
+    assert unsaved(window) == (UNOPENED,), "until the robot replaces it"
+    window.live.scene_jobs.executor.run_waiting()
+    assert question(window) == ""
+    assert chosen(window) == {"left", "right"} == {*counts(window)}
+    assert unsaved(window) == ()
+
+
+def test_choice_for_a_robot_stays_until_the_robot_is_open(choosing, tmp_path):
+    window = choosing
+    opening = window.live.scene_jobs.executor
+    click_box(window, "left")
+    click(window, "skin-apply")
+    assert question(window) == "", "the choice is what is opened"
+    assert unsaved(window) == (UNOPENED,)
+    window.close()
+    assert UNOPENED in question(window)
+    answer(window, Button.Cancel)
+    cancel(window)
+    assert unsaved(window) == (UNOPENED,)
+    assert chosen(window) == {"right"}
+    click(window, "skin-apply")
+    panel_of(window).taxels.setValue(70)
+    opening.hold = False
+    opening.run_waiting()
+    assert question(window) == ""
+    assert {*counts(window)} == {"right"}
+    assert unsaved(window) == ("skin", CHOSEN)
+    assert panel_of(window).taxels.value() == 70
+    assert panel_of(window).apply.text() == "Apply"
+
+
+def test_choice_that_returns_to_the_default_while_its_robot_is_opened_is_kept(choosing):
+    window = choosing
+    click_box(window, "left")
+    click(window, "skin-apply")
+    click_box(window, "left")
+    window.live.scene_jobs.executor.run_waiting()
+    assert {*counts(window)} == {"right"}
+    assert chosen(window) == {"left", "right"}
+    assert unsaved(window) == ("skin", CHOSEN)
+
+
+def test_recording_and_changes_of_the_skin_leave_the_choice_for_another_robot(choosing, tmp_path):
+    window = choosing
+    window.live.scene_jobs.executor.hold = False
+    click_box(window, "left")
+    record_run(window, tmp_path / "a.mcap", 0.1)
+    window.live.open_recording(tmp_path / "a.mcap")
+    assert chosen(window) == {"right"}
+    window.live.replay.leave()
+    assert chosen(window) == {"right"}
+    offered(window, "wrist")["cover"].run()
+    run(window, 0.02)
+    assert window.live.prepared.robot.name == "arm"
+    assert counts(window).keys() == {*LINKS, "wrist"}
+    assert unsaved(window) == ("skin", UNOPENED)
+    click(window, "skin-revert")
+    assert chosen(window) == {*LINKS, "wrist"}
+    assert unsaved(window) == ("skin",)

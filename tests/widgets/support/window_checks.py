@@ -146,7 +146,7 @@ class KeptWork:
         document = self._window.editor.document
         files = self._window.presenters.map_files
         choice = files.choice
-        unsaved = files.unsaved if choice is None else files.unsaved[:-1]
+        unsaved = tuple(name for name in files.unsaved if not name.startswith("chosen skin"))
         if live.run is None or live.live_input is not None or document is None:
             self._unsaved = tuple(part for part in self._unsaved if part in unsaved)  # saved in the meantime
             steps = [] if document is None else [step.document for step in self._window.editor.history._steps]

@@ -240,7 +240,7 @@ class MainWindow(QMainWindow):
         prepared = self.live.prepared
         name = f"{files.name}[*]" if player is None else player.path.name
         words = [] if prepared is None else [name, prepared.robot.name, self._mode_word]
-        self.setWindowTitle(" – ".join([*words, "Tactile Maps"]))
+        self.setWindowTitle(" – ".join([*words, "Tactile Maps"]) if words else "Tactile Maps[*]")
         self.setWindowModified(bool(files.unsaved) and player is None)
 
     @property

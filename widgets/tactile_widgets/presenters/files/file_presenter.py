@@ -288,7 +288,13 @@ class FilePresenter(Presenter):
         self.open_scene(scene, file=file, recent=None if file is None else str(file), read=True)
 
     def open_scene(
-        self, scene: Scene, *, file: Path | None = None, recent: str | None = None, read: bool = False
+        self,
+        scene: Scene,
+        *,
+        file: Path | None = None,
+        recent: str | None = None,
+        read: bool = False,
+        chosen: bool = False,
     ) -> None:
         """Open a scene, read from ``file`` or made here, after the question about unsaved changes.
 
@@ -297,16 +303,18 @@ class FilePresenter(Presenter):
             file: File of the scene.
             recent: File that the user chose; added to the recent files once the scene is open.
             read: Whether the file was read with all checks just now, so that it is not read again.
+            chosen: Whether the user chose its skin in the panel, so that no file contains it.
         """
-        self._open_again = partial(self.open_scene, scene, file=file, recent=recent, read=read)
+        self._open_again = partial(self.open_scene, scene, file=file, recent=recent, read=read, chosen=chosen)
 
         def start() -> None:
             self._opening = recent
             self._scene_file.expect(file)
+            self._map_files.expect_chosen(scene if chosen else None)
             rooted = with_package_roots(scene, self._context.settings.package_roots)
             self._session.open_scene(rooted, file=None if read else file)
 
-        self._map_files.leave(start)
+        self._map_files.leave(start, opens_choice=chosen)
 
     def choose_package_root(self) -> None:
         """Ask for a folder with packages and meshes for robot files; open the last scene again."""

@@ -27,7 +27,7 @@ from tactile_widgets.context.presenter import Presenter
 from tactile_widgets.jobs.skin_jobs import CoverPlan, SkinPreview
 from tactile_widgets.panels.model.skin_panel import SkinChoice, SkinPanel
 from tactile_widgets.presenters.files.file_presenter import FilePresenter
-from tactile_widgets.presenters.maps.map_file_presenter import MapFilePresenter
+from tactile_widgets.presenters.maps.map_file_presenter import MapFilePresenter, UnopenedChoice
 from tactile_widgets.presenters.session.effects_presenter import EffectsPresenter
 from tactile_widgets.tools.registry import Tools
 
@@ -39,8 +39,8 @@ class SkinPresenter(Presenter):
     """Connects the Skin panel, its preview, and the steps that undo a change of the skin.
 
     A choice that is not applied yet is part of the document: it stays when the skin is changed in another way or a
-    recording is shown, and is asked about before the document is replaced. A choice for a robot that is not open yet is
-    not part of a document.
+    recording is shown, and is asked about before the document is replaced. So is one for a robot that is not open yet:
+    changes of it while the robot is being opened become a choice for its document.
 
     Args:
         context: Session, views, panels and services of the window.
@@ -93,7 +93,9 @@ class SkinPresenter(Presenter):
         session.loading_ended.connect(self._on_loading_ended)
         session.opening_stopped.connect(self._on_opening_stopped)
         session.mode_changed.connect(self._show_chosen)  # emitted once the document of another scene is shown
+        map_files.begun.connect(self._on_document_begun)
         map_files.apply_requested.connect(self._on_save_requested)
+        map_files.choice_refusal = self._choice_refusal
         for signal in (session.mode_changed, session.recording.changed, session.connection.changed):
             signal.connect(self._on_refusal_changed)
         context.actions.bind(choose_skin=self.show_panel, choose_links=self.show_panel)
@@ -125,6 +127,7 @@ class SkinPresenter(Presenter):
         cover = replace(plan.scene.cover, links=plan.links)
         self._opening = with_cover(plan.scene, cover)
         self._robot = None
+        self._map_files.note_unopened(None)
         self._display.set_preview(None)
         note = f"The skin of {Path(plan.scene.robot).stem}, which is not open yet."
         self._panel.show_choice(SkinChoice(cover, note=note, apply="Open", applicable=True))
@@ -163,14 +166,33 @@ class SkinPresenter(Presenter):
         self._panel.show_refusal(self.refusal)
 
     def _on_prepared_changed(self, prepared: PreparedScene) -> None:
+        if self._map_files.unopened is None:  # otherwise the panel shows that until its robot is open
+            self._show_prepared(prepared)
+
+    def _on_document_begun(self, chosen: Scene | None) -> None:
+        """Show the skin of the robot that was opened; what was changed in the meantime is a choice for it."""
+        prepared = self._session.prepared
+        if self._opening is None or prepared is None:
+            return
+        cover = self._panel.cover
+        self._show_prepared(prepared)
+        if chosen is not None:
+            self._note_rebased(cover, chosen.cover)
+
+    def _note_rebased(self, choice: CoverSpec, before: CoverSpec) -> None:
+        """Note what a choice changes in ``before`` as a choice for the skin that is applied now."""
+        moved = _rebased(choice, before, self._applied)
+        self._map_files.note_choice(None if moved == self._applied else moved)
+
+    def _show_prepared(self, prepared: PreparedScene) -> None:
         self.preview.cancel()
         self._opening = None
         cover = _cover(prepared)
         if self._of_document:
-            if (choice := self._map_files.choice) is not None:
-                moved = _rebased(choice, self._applied, cover)
-                self._map_files.note_choice(None if moved == cover else moved)
+            before = self._applied
             self._applied = cover
+            if (choice := self._map_files.choice) is not None:
+                self._note_rebased(choice, before)
         same = self._robot is not None and _same_robot(self._robot, prepared.robot)
         if not same:
             self.preview.close()
@@ -191,8 +213,12 @@ class SkinPresenter(Presenter):
         return self._opening is None and session.replay.player is None and session.live_input is None
 
     def _note_choice(self) -> None:
-        if self._of_document:
-            self._map_files.note_choice(self._panel.cover if self._panel.different else None)
+        panel = self._panel
+        if (scene := self._opening) is not None:
+            made = panel.different or self._map_files.opening_chosen
+            self._map_files.note_unopened(UnopenedChoice(Path(scene.robot).stem, panel.cover) if made else None)
+        elif self._of_document:
+            self._map_files.note_choice(panel.cover if panel.different else None)
 
     def _show_chosen(self, *_changed: object) -> None:
         """Show the choice again after the panel has shown another skin."""
@@ -203,19 +229,19 @@ class SkinPresenter(Presenter):
 
     def _on_opening_stopped(self) -> None:
         """Note a choice again that was being applied."""
-        if self._panel.different:
+        if self._panel.different or self._opening is not None:
             self._note_choice()
 
+    def _choice_refusal(self) -> str:
+        """Return why the choice cannot be applied now; an empty text if it can."""
+        choice = self._map_files.choice
+        return self._refusal_of_shown or ("" if choice is None or choice.links else "Check at least one link.")
+
     def _on_save_requested(self) -> None:
-        """Apply the choice, or report why that is not possible."""
+        """Apply the choice, which is possible now."""
         choice = self._map_files.choice
         scene = self._effects.scene
-        if choice is None or scene is None:
-            return
-        reason = self._refusal_of_shown or ("" if choice.links else "Check at least one link.")
-        if reason:
-            self._notifier.fault(f"The chosen skin is not applied. {reason}", of="change skin")
-        else:
+        if choice is not None and scene is not None:
             with self._notifier.errors_shown("change skin", finishes=False):
                 self._apply(with_cover(scene, choice))
 
@@ -264,8 +290,10 @@ class SkinPresenter(Presenter):
         prepared = self._session.prepared
         if self._opening is None:
             self._on_edited()
-        elif prepared is not None:
-            self._on_prepared_changed(prepared)
+            return
+        self._map_files.note_unopened(None)
+        if prepared is not None:
+            self._show_prepared(prepared)
             self._show_chosen()
         else:
             self._opening = None
@@ -283,8 +311,7 @@ class SkinPresenter(Presenter):
             else:
                 self.preview.cancel()
                 path = scene.robot if Path(scene.robot).is_file() else None
-                self._map_files.choose_skin(changed)
-                self._files.open_scene(changed, recent=path)
+                self._files.open_scene(changed, recent=path, chosen=True)
 
     def _change(self, name: str, scene: Scene) -> None:
         """Change the skin to that of a scene, as one step."""
@@ -300,7 +327,7 @@ class SkinPresenter(Presenter):
     def coverable(self) -> tuple[str, ...]:
         """Bare links that can be covered now."""
         prepared = self._session.prepared
-        if prepared is None or self.refusal or prepared.scene.taxel_files:
+        if prepared is None or self._refusal_of_shown or prepared.scene.taxel_files:
             return ()
         bare = counts(prepared.skin).keys()
         links = (link for link in prepared.robot.links if link.mesh is not None and not link.missing)
@@ -310,7 +337,7 @@ class SkinPresenter(Presenter):
     def removable(self) -> tuple[str, ...]:
         """Links whose skin can be removed now: none if only one has skin."""
         prepared = self._session.prepared
-        if prepared is None or self.refusal or prepared.scene.taxel_files:
+        if prepared is None or self._refusal_of_shown or prepared.scene.taxel_files:
             return ()
         links = tuple(counts(prepared.skin))
         return links if len(links) > 1 else ()
@@ -318,7 +345,7 @@ class SkinPresenter(Presenter):
     def cover_link(self, link: str) -> None:
         """Cover a link with as many taxels per area as the others, which stay the same, as one step."""
         prepared = self._session.prepared
-        scene = self._scene
+        scene = self._effects.scene
         if link not in self.coverable or prepared is None or scene is None:
             return
         first = scene.cover
@@ -333,7 +360,7 @@ class SkinPresenter(Presenter):
     def remove_skin(self, link: str) -> None:
         """Remove the skin of a link, as one step; the skin of the other links stays the same."""
         prepared = self._session.prepared
-        scene = self._scene
+        scene = self._effects.scene
         if link not in self.removable or prepared is None or scene is None:
             return
         covered = [patch.link for patch in prepared.skin.patches if not is_grid_patch(patch)]
@@ -341,11 +368,11 @@ class SkinPresenter(Presenter):
 
     def list_coverable(self, menu: QMenu) -> None:
         """List the links that can be covered."""
-        _fill(menu, self.coverable, self.cover_link, self.refusal or "Every link that has a shape is covered")
+        _fill(menu, self.coverable, self.cover_link, self._refusal_of_shown or "Every link that has a shape is covered")
 
     def list_covered(self, menu: QMenu) -> None:
         """List the links whose skin can be removed."""
-        _fill(menu, self.removable, self.remove_skin, self.refusal or "Only one link has skin")
+        _fill(menu, self.removable, self.remove_skin, self._refusal_of_shown or "Only one link has skin")
 
     def close(self) -> None:
         """End the process of the preview."""

@@ -1,14 +1,14 @@
 """The user's document: its unsaved parts, the question about them, and the file of its map with autosave and recovery.
 
 The parts are map, skin, path, controller, behaviours, contact detection and effects, and a skin that is chosen in the
-panel but not applied. The map has a file of its own; the others are in the file of the scene. Two files of the same
-name, ``arm.toml`` and ``arm.npz``, are saved and opened together. Everything that may replace the document calls
-``leave`` first.
+panel but not applied, also one for a robot that is not open yet. The map has a file of its own; the others are in the
+file of the scene. Two files of the same name, ``arm.toml`` and ``arm.npz``, are saved and opened together. Everything
+that may replace the document calls ``leave`` first.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -60,8 +60,6 @@ from tactile_widgets.presenters.maps.scene_file_presenter import SceneFilePresen
 
 AUTOSAVE_MS = 20_000
 _CHOSEN = "chosen skin (not applied yet)"
-_OF_MAP = ("map", "skin", _CHOSEN)
-"""Unsaved parts that are lost with the document of the map."""
 _MAPS = "Tactile maps (*.npz)"
 _OPENED = "Tactile maps (*.npz *.obj *.svg)"
 _ENTRIES = {
@@ -77,6 +75,24 @@ _ENTRIES = {
     FileKind.STUDY_TABLE: "Open study table",
 }
 """Entry of the menu *File* that opens a file, by kind."""
+
+
+@dataclass(frozen=True)
+class UnopenedChoice:
+    """A skin that is chosen for a robot that is not open yet.
+
+    Attributes:
+        robot: Name of the robot.
+        cover: The chosen cover.
+    """
+
+    robot: str
+    cover: CoverSpec
+
+    @property
+    def name(self) -> str:
+        """Name of this part of the user's work."""
+        return f"chosen skin of {self.robot} (not open yet)"
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,6 +118,16 @@ class KeptDocument:
     new_skin: bool
 
 
+@dataclass(frozen=True, eq=False)
+class _Discarded:
+    """Work that the user discarded before something else is opened."""
+
+    document: MapDocument | None
+    settings: RuntimeSettings | None
+    choice: CoverSpec | None
+    unopened: UnopenedChoice | None
+
+
 class MapFilePresenter(Presenter):
     """The document: its unsaved parts, the file of its map, and autosaves that a crash left. Mutable.
 
@@ -112,12 +138,17 @@ class MapFilePresenter(Presenter):
         context: Session, views, panels and services of the window.
         scene_file: File of the scene.
         parent: Window over which dialogs open.
+
+    Attributes:
+        choice_refusal: Returns why the chosen skin cannot be applied now; an empty text if it can.
     """
 
     changed = Signal()
     """A file, ``unsaved`` or the edits that can be restored have changed."""
     skin_restored = Signal(Scene)
     """Open this scene, whose skin was restored."""
+    begun = Signal(object)
+    """Another scene is edited; that Scene if the user chose its skin before it was opened, else None."""
     apply_requested = Signal()
     """Apply the chosen skin, because it is being saved."""
 
@@ -141,8 +172,9 @@ class MapFilePresenter(Presenter):
         self._reported_unwritable = False
         self._discarded = False  # the autosave is not needed any more once the document is replaced
         self._choice: CoverSpec | None = None  # in the Skin panel, not applied yet
-        # What the user discarded.
-        self._left: tuple[MapDocument | None, RuntimeSettings | None, CoverSpec | None] | None = None
+        self._unopened: UnopenedChoice | None = None
+        self.choice_refusal: Callable[[], str] = lambda: ""
+        self._left: _Discarded | None = None
         self._writer = ThreadPoolExecutor(max_workers=1, thread_name_prefix="autosave")
         self._writing: Future[bool] | None = None
         self._timer = make(QTimer, self, interval=AUTOSAVE_MS, timeout=self.autosave)
@@ -168,7 +200,12 @@ class MapFilePresenter(Presenter):
         changed = self._changed
         if self._preparing_skin and "skin" not in changed:
             changed = ("skin", *changed)
-        return changed if self._choice is None else (*changed, _CHOSEN)
+        chosen = () if self._choice is None else (_CHOSEN,)
+        return (*changed, *chosen, *self._unopened_names)
+
+    @property
+    def _unopened_names(self) -> tuple[str, ...]:
+        return () if self._unopened is None else (self._unopened.name,)
 
     @property
     def choice(self) -> CoverSpec | None:
@@ -179,6 +216,17 @@ class MapFilePresenter(Presenter):
         """Note the cover that is chosen and not applied yet; None without one."""
         if cover != self._choice:
             self._choice = cover
+            self.changed.emit()
+
+    @property
+    def unopened(self) -> UnopenedChoice | None:
+        """Skin that is chosen for a robot that is not open yet; None without one."""
+        return self._unopened
+
+    def note_unopened(self, choice: UnopenedChoice | None) -> None:
+        """Note the skin that is chosen for a robot that is not open yet; None without one."""
+        if choice != self._unopened:
+            self._unopened = choice
             self.changed.emit()
 
     @property
@@ -231,6 +279,7 @@ class MapFilePresenter(Presenter):
         self._discarded = False
         self._left = None
         self._choice = None
+        self._unopened = None
         self._new_skin = False
         self._file = None
         self._next = None
@@ -267,13 +316,15 @@ class MapFilePresenter(Presenter):
             self._claim = claim_folder(autosave_folder(prepared.robot.name), without=AUTOSAVE_NAME)
         self._scene.begin(prepared)
         self._new_skin = self._chosen is not None and have_same_skin(self._chosen, prepared.scene)
-        self._chosen = None
         self._first = document
         if own is None:
             self._file = DocumentFile(None, document, folder=self._folder)
         else:
             self._file = DocumentFile(path, own, folder=self._folder)
         self._find_leftovers(prepared, document)
+        chosen = self._chosen
+        self._chosen = None
+        self.begun.emit(chosen)
 
     def _report_unwritable(self) -> None:
         """Report once that settings or autosaves cannot be stored, for example on a full disk."""
@@ -341,8 +392,13 @@ class MapFilePresenter(Presenter):
         self._kept[-1] = replace(self._kept[-1], settings=run.settings, overrides=self._overrides)
         return True
 
-    def choose_skin(self, scene: Scene) -> None:
-        """Note that the user chose the skin of a scene before it is opened, so that no file contains it."""
+    @property
+    def opening_chosen(self) -> bool:
+        """Whether a scene is being opened whose skin the user chose."""
+        return self._chosen is not None and self._session.opening
+
+    def expect_chosen(self, scene: Scene | None) -> None:
+        """Expect a scene whose skin the user chose, so that no file contains it; None for any other scene."""
         self._chosen = scene
 
     def forget_skin(self, scene: Scene) -> None:
@@ -576,8 +632,14 @@ class MapFilePresenter(Presenter):
     # Saving.
 
     def _save_applied(self) -> None:
-        """Save all changes, after the chosen skin is applied if that is possible, and once it is shown."""
-        if self._choice is not None:
+        """Save all changes, after the chosen skin is applied, and once it is shown; report what cannot be saved."""
+        unsaved = {*self.unsaved}
+        refused = self._refused(unsaved)
+        if refused:
+            self._notifier.fault(" ".join(refused.values()), of="change skin")
+            if not unsaved - {*refused}:
+                return
+        if self._choice is not None and _CHOSEN not in refused:
             self.apply_requested.emit()
         if self._preparing_skin:
             self._saves_next = self._save_applied
@@ -779,7 +841,9 @@ class MapFilePresenter(Presenter):
             self._writing.exception()
             self._written()
 
-    def leave(self, then: Callable[[], None], *, after: RuntimeSettings | None = None) -> None:
+    def leave(
+        self, then: Callable[[], None], *, after: RuntimeSettings | None = None, opens_choice: bool = False
+    ) -> None:
         """Call ``then``, which may replace the document, after unsaved changes are saved or the user discards them.
 
         The document stays until another one replaces it or the window closes: a scene may fail to open.
@@ -787,11 +851,13 @@ class MapFilePresenter(Presenter):
         Args:
             then: Called unless the user cancels.
             after: Settings of the session that ``then`` starts; parts that it continues are not asked about.
+            opens_choice: Whether ``then`` opens the robot whose skin is chosen, so that the choice is kept.
         """
         unsaved = self.unsaved
+        kept = {*self._unopened_names} if opens_choice else set()
         if after is not None:
-            lost = self._scene.lost(after)
-            unsaved = tuple(name for name in unsaved if name in _OF_MAP or name in lost)
+            kept |= {*self._scene.unsaved} - {*self._scene.lost(after)}
+        unsaved = tuple(name for name in unsaved if name not in kept)
 
         def go(discarding: bool) -> None:
             choice = self._choice
@@ -810,12 +876,15 @@ class MapFilePresenter(Presenter):
             otherwise: Called if the user cancels.
         """
         unsaved = self.unsaved
-        if self._left is not None:
-            document, settings, choice = self._left
-            same = document is self._editor.document
-            kept = {"map": same, "skin": same, _CHOSEN: choice == self._choice}
-            lost = () if settings is None else self._scene.lost(settings)
+        left = self._left
+        if left is not None:
+            same = left.document is self._editor.document
+            kept = {"map": same, "skin": same, _CHOSEN: left.choice == self._choice}
+            kept |= dict.fromkeys(self._unopened_names, left.unopened == self._unopened)
+            lost = () if left.settings is None else self._scene.lost(left.settings)
             unsaved = tuple(name for name in unsaved if not kept.get(name, name not in lost))
+        if self.opening_chosen:
+            unsaved = tuple(name for name in unsaved if name not in self._unopened_names)
 
         def go(discarding: bool) -> None:
             if self._session.opening:
@@ -829,48 +898,72 @@ class MapFilePresenter(Presenter):
         """Keep the document: nothing replaces it."""
         self._discarded = False
         self._left = None
+        self._chosen = None
 
     def _go(self, then: Callable[[], None], discarding: bool) -> None:
         self._discarded = True
-        self._left = (self._editor.document, self._scene.made, self._choice) if discarding else None
+        self._left = None
+        if discarding:
+            self._left = _Discarded(self._editor.document, self._scene.made, self._choice, self._unopened)
         then()
 
     def _ask(self, unsaved: tuple[str, ...], go: Callable[[bool], None], otherwise: Callable[[], None]) -> None:
         """Call ``go`` with whether the user discards unsaved parts, after saving them if not.
 
-        A chosen skin is applied first, and a skin that is being prepared is saved once it is shown.
+        A chosen skin is applied first, and a skin that is being prepared is saved once it is shown. Save is offered
+        only if it can save something.
         """
         if not unsaved:
             go(False)
             return
-        chosen = _CHOSEN in unsaved
         choice = self._choice
+        refused = self._refused(unsaved)
+        savable = [name for name in unsaved if name not in refused]
+        applies = _CHOSEN in savable
 
         def save() -> None:
-            if self.save_all():
-                self._ask(() if self._choice in (None, choice) else (_CHOSEN,), go, otherwise)
-            else:
+            if not self.save_all():
                 otherwise()
+            elif self._choice in (None, choice):
+                go(bool(refused))
+            else:
+                self._ask((_CHOSEN,), go, otherwise)
 
         def answered(answer: Button) -> None:
             if answer == Button.Discard:
                 go(True)
                 return
-            if answer == Button.Save and chosen:
+            if answer == Button.Save and applies:
                 self.apply_requested.emit()
-            if answer != Button.Save or (chosen and self._choice is not None):
+            if answer != Button.Save or (applies and self._choice is not None):
                 otherwise()
             elif self._preparing_skin:
                 self._saves_next = save
             else:
                 save()
 
-        buttons = Button.Save | Button.Discard | Button.Cancel
-        more = " Save waits until the new skin is prepared." if self._preparing_skin else ""
-        if chosen:
-            more = " Save applies the chosen skin first."
-        text = f"These parts have changes that are not saved: {', '.join(unsaved)}.{more}"
-        self._context.dialogs.ask("leave", "Save the changes?", text, buttons, answered, default=Button.Save)
+        more = [*refused.values()]
+        if refused and savable:
+            more.append("Save saves the other changes, and the chosen skin is lost.")
+        if applies:
+            more.append("Save applies the chosen skin first.")
+        elif savable and self._preparing_skin:
+            more.append("Save waits until the new skin is prepared.")
+        text = " ".join((f"These parts have changes that are not saved: {', '.join(unsaved)}.", *more))
+        buttons = Button.Discard | Button.Cancel
+        if savable:
+            buttons |= Button.Save
+        default = Button.Save if savable else Button.Cancel
+        self._context.dialogs.ask("leave", "Save the changes?", text, buttons, answered, default=default)
+
+    def _refused(self, unsaved: Collection[str]) -> dict[str, str]:
+        """Return why unsaved parts cannot be saved now, by the names of these parts."""
+        reasons = {_CHOSEN: self.choice_refusal()}
+        if self._unopened is not None:
+            robot = self._unopened.robot
+            reasons[self._unopened.name] = f"{robot} is not open yet: Open in the panel Skin opens it with this skin."
+        words = "The chosen skin cannot be saved now."
+        return {name: f"{words} {reason}" for name, reason in reasons.items() if reason and name in unsaved}
 
     def give_up(self) -> None:
         """Discard unsaved edits."""
