@@ -465,6 +465,25 @@ def test_space_below_the_views_returns_to_its_height(new_window, tmp_path):
     assert window.bottom.height() == usual
 
 
+@pytest.mark.parametrize("stopped", [True, False], ids=["at once after recording", "while recording"])
+def test_space_below_the_views_returns_to_its_height_after_recording_and_replay(new_window, tmp_path, stopped):
+    window = new_window
+    usual = window.bottom.height()
+    record_run(window, tmp_path / "a.mcap", 0.2)
+    QApplication.processEvents()
+    window.live.recording.start(tmp_path / "b.mcap")
+    run(window, 0.2)
+    if stopped:
+        window.live.recording.stop()
+    window.live.open_recording(tmp_path / "a.mcap")
+    QApplication.processEvents()
+    assert window.bottom.height() > usual
+    window.live.replay.leave()
+    for _ in range(3):  # the height returns after the layout
+        QApplication.processEvents()
+    assert window.bottom.height() == usual
+
+
 @pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("width", [1107, 1400])

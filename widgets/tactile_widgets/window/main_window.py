@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import partial
 
-from PySide6.QtCore import QRect, QSize, Qt, QTimer
+from PySide6.QtCore import QCoreApplication, QEvent, QRect, QSize, Qt, QTimer
 from PySide6.QtGui import (
     QAction,
     QCloseEvent,
@@ -173,6 +173,7 @@ class MainWindow(QMainWindow):
         self.views.bar.maximum_changed.connect(self._on_scale_changed)
         self.plots.enlarged_changed.connect(self._on_plot_enlarged)
         self._bottom_before: dict[str, int] = {}  # height of the dock before it showed more, by the reason
+        self._bottom_next: int | None = None  # height that the dock gets after the layout
         self.recording_plots.lanes_changed.connect(self._on_lanes_changed)
         self.timeline.axis_changed.connect(self.recording_plots.set_axis)
         # Before the presenters, which show the timeline: the dock has its usual height until then.
@@ -317,17 +318,33 @@ class MainWindow(QMainWindow):
         self._grow_bottom("recording", grown=path is not None)
 
     def _grow_bottom(self, reason: str, *, grown: bool) -> None:
-        """Give the dock below the views the height that its content needs, or the height before it needed more."""
+        """Give the dock below the views the height that its content needs, or the height before it needed more.
+
+        A reason that began later keeps the dock high, and ends with the height before the one that ended now.
+        """
         before = self._bottom_before
-        if grown:
-            before.setdefault(reason, self.bottom.height())
+        if grown and reason not in before:
+            before[reason] = self.bottom.height() if self._bottom_next is None else self._bottom_next
         self._resize_plots()
-        if not grown and reason in before:
-            self._resize_bottom(before.pop(reason))
+        if grown or reason not in before:
+            return
+        later = next(iter([*before][[*before].index(reason) + 1 :]), None)
+        height = before.pop(reason)
+        if later is None:
+            self._resize_bottom(height)
+        else:
+            before[later] = height
 
     def _resize_bottom(self, height: int) -> None:
-        resize = partial(self.resizeDocks, [self.bottom], [height], Qt.Orientation.Vertical)
-        QTimer.singleShot(0, self, resize)  # after the layout needs less
+        self._bottom_next = height
+
+        def resize() -> None:
+            self._bottom_next = None
+            for part in (self.bottom.widget(), self.bottom, self):  # they may need the height of a part hidden now
+                QCoreApplication.sendPostedEvents(part, QEvent.Type.LayoutRequest.value)
+            self.resizeDocks([self.bottom], [height], Qt.Orientation.Vertical)
+
+        QTimer.singleShot(0, self, resize)  # after the parts are hidden
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Handle keys that no widget used; the right arrow advances one tick."""
