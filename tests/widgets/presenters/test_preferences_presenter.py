@@ -85,12 +85,18 @@ def test_folder_of_recordings_can_be_typed(window, dialog, tmp_path, monkeypatch
     for text in ("nonsense *?", str(tmp_path / "file" / "below")):
         enter(text)
         assert dialog.isVisible()
-        assert text in window.notification_bar.text
+        assert text in dialog.problem.text()
+        assert dialog.problem.isVisible()
+        assert dialog.problem.height() >= dialog.problem.heightForWidth(dialog.problem.width()), "not cut"
+        below = dialog.folder.geometry().bottom()
+        assert below < dialog.problem.y() < dialog.theme.y()
+        assert window.notification_bar.text == "", "the dialog covers the messages of the window"
         assert dialog.folder.text() == before
         assert window.settings.preferences.recordings == ""
     enter(str(tmp_path / "new" / "folder"))
-    assert window.notification_bar.text == ""
+    assert not dialog.problem.isVisible()
     assert dialog.folder.text() == window.settings.preferences.recordings == str(tmp_path / "new" / "folder")
+    assert dialog.folder.text() in dialog.folder.toolTip(), "a long path is cut"
     assert (tmp_path / "new" / "folder").is_dir()
     dialog.folder.selectAll()
     QTest.keyClick(dialog.folder, Qt.Key.Key_Delete)
@@ -106,9 +112,11 @@ def test_folder_in_which_no_file_can_be_created_is_rejected(window, dialog, choo
     left_click(dialog.choose)
     remedy = "Choose another folder of recordings in Edit > Preferences."
     expected = f"/proc: no recording can be written to this folder. {remedy}"
-    assert window.notification_bar.text == expected
+    assert (
+        dialog.problem.text()
+        == "▲ /proc: no recording can be written to this folder. Choose another folder of recordings."
+    )
     assert dialog.folder.text() == before
-    window.notification_bar.clear()
     window.presenters.preferences.use(Preferences(recordings="/proc"))  # of a version that did not check it
     window.action("record").trigger()
     assert window.notification_bar.text == expected

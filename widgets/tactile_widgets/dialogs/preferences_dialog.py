@@ -14,12 +14,22 @@ from PySide6.QtWidgets import (
     QDialog,
     QDialogButtonBox,
     QFormLayout,
+    QLabel,
     QLineEdit,
     QPushButton,
     QWidget,
 )
 
-from tactile_widgets.common.make import STYLE_SPACING, add_items, column_layout, make, row_layout, select_data
+from tactile_widgets.common.make import (
+    STYLE_SPACING,
+    add_items,
+    column_layout,
+    make,
+    row_layout,
+    select_data,
+    show_text,
+)
+from tactile_widgets.common.sentence import as_sentence
 from tactile_widgets.common.settings import FRAME_RATES, NavigationStyle, Preferences, Question
 
 _THEMES = {"Dark": "dark", "Light": "light"}
@@ -31,10 +41,14 @@ _STYLES = {
 _RATES = {f"At most {rate} pictures a second": rate for rate in FRAME_RATES}
 _ANGLES = {"Degrees": False, "Radians": True}
 _QUESTIONS = {
-    Question.IMPORT: "whether imported taxels replace those of other files; otherwise they do",
-    Question.RESTORE: "before restored edits replace newer ones",
-    Question.TRASH: "before a recording is moved to the trash",
+    Question.IMPORT: (
+        "Ask whether imported taxels replace those of other files",
+        "Without the question, they replace them",
+    ),
+    Question.RESTORE: ("Ask before restored edits replace newer ones", "Undo brings the newer ones back"),
+    Question.TRASH: ("Ask before a recording is moved to the trash", "The file can be restored from the system's trash"),
 }
+_FOLDER_TIP = "New recordings are written here, also those of stopped sessions and of replayed runs"
 
 
 class PreferencesDialog(QDialog):
@@ -61,15 +75,16 @@ class PreferencesDialog(QDialog):
         self._default_folder = default_folder
         self._shown = preferences
         self.folder = make(QLineEdit, self, objectName="recordings-folder", editingFinished=self._on_folder_edited)
-        self.folder.setToolTip("New recordings are written here, also those of stopped sessions and of replayed runs")
+        self.problem = make(QLabel, self, objectName="folder-problem", wordWrap=True, visible=False)
+        self.problem.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.choose = make(QPushButton, "Choose…", self, autoDefault=False, clicked=self.folder_requested)
         self.theme = self._choice("theme", _THEMES, "Colours of the window")
         self.navigation = self._choice("navigation", _STYLES, "Mouse buttons that move both views; the wheel zooms")
         self.rate = self._choice("frame-rate", _RATES, "Fewer pictures of the robot leave more time for the simulation")
         self.angles = self._choice("angles", _ANGLES, "Unit of revolute joints in the panel Posture")
         self.questions = {
-            question: make(QCheckBox, f"Ask {words}", self, objectName=f"ask-{question.value}")
-            for question, words in _QUESTIONS.items()
+            question: make(QCheckBox, words, self, objectName=f"ask-{question.value}", toolTip=tip)
+            for question, (words, tip) in _QUESTIONS.items()
         }
         self._lay_out()
         self.show_preferences(preferences)
@@ -86,7 +101,8 @@ class PreferencesDialog(QDialog):
     def _lay_out(self) -> None:
         form = QFormLayout()
         self.folder.setAccessibleName("Recordings")
-        form.addRow("Recordings", row_layout(self.folder, self.choose, spacing=STYLE_SPACING, stretch=self.folder))
+        row = row_layout(self.folder, self.choose, spacing=STYLE_SPACING, stretch=self.folder)
+        form.addRow("Recordings", column_layout(row, self.problem, spacing=STYLE_SPACING))
         rows = {"Theme": self.theme, "Mouse": self.navigation, "Robot view": self.rate, "Joint angles": self.angles}
         for words, control in rows.items():
             control.setAccessibleName(words)
@@ -105,11 +121,18 @@ class PreferencesDialog(QDialog):
         """Show other values."""
         self._shown = preferences
         self.folder.setText(preferences.recordings or str(self._default_folder))
+        self.folder.setToolTip(f"{self.folder.text()}\n{_FOLDER_TIP}")
         values = (preferences.theme, preferences.navigation, preferences.frame_rate, preferences.radians)
         for box, value in zip((self.theme, self.navigation, self.rate, self.angles), values, strict=True):
             select_data(box, value)
         for question, check in self.questions.items():
             check.setChecked(preferences.asks(question))
+
+    def show_problem(self, text: str) -> None:
+        """Show why a folder cannot be used, below its field; an empty text hides it."""
+        show_text(self.problem, text and f"▲ {as_sentence(text)}")
+        self.layout().activate()
+        self.resize(self.width(), self.heightForWidth(self.width()))
 
     def _on_folder_edited(self) -> None:
         text = self.folder.text().strip()

@@ -14,7 +14,7 @@ from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.context.presenter import Presenter
 from tactile_widgets.dialogs.preferences_dialog import PreferencesDialog
 from tactile_widgets.panels.control.posture_panel import PosturePanel
-from tactile_widgets.session.recording_writer import make_recording_folder
+from tactile_widgets.session.recording_writer import IN_PREFERENCES, make_recording_folder
 
 
 class PreferencesPresenter(Presenter):
@@ -82,16 +82,17 @@ class PreferencesPresenter(Presenter):
                 )
             make_recording_folder(folder)
         except TactileMapsError as error:
-            self._notifier.fault(str(error), of="preferences")
             self._use_folder(self._context.settings.preferences.recordings)
+            if self.dialog is not None:
+                self.dialog.show_problem(str(error).replace(IN_PREFERENCES, ""))
             return False
-        self._notifier.succeed("preferences")
         self._use_folder(str(folder))
         return True
 
     def _use_folder(self, folder: str) -> None:
         if self.dialog is not None:
             chosen = replace(self._context.settings.preferences, recordings=folder)
+            self.dialog.show_problem("")
             self.dialog.show_preferences(chosen)
             self.use(chosen)
 

@@ -240,6 +240,10 @@ class InlineRecordingWriter(RecordingWriter):
         self.wait()
 
 
+IN_PREFERENCES = " in Edit > Preferences"
+"""Where the remedy of an unusable folder is, for the messages of the window."""
+
+
 def make_recording_folder(folder: Path) -> None:
     """Create the folder of recordings, and check that a file can be written there.
 
@@ -250,7 +254,7 @@ def make_recording_folder(folder: Path) -> None:
         try_writing(folder)
     except OSError as error:
         full = error.errno in (errno.ENOSPC, errno.EDQUOT)
-        choose = "another folder of recordings in Edit > Preferences"
+        choose = f"another folder of recordings{IN_PREFERENCES}"
         raise RecordingError(
             "no recording can be written to this folder",
             file=folder,
