@@ -122,3 +122,17 @@ def test_cancel_does_not_move_when_the_readout_changes(window):
     line.readout.setText("forearm, taxel 17, 12.3 kPa, x 230.5 mm, y 112.0 mm")
     QApplication.processEvents()
     assert cancel.mapTo(window, cancel.rect().topLeft()) == before
+
+
+def test_hints_of_tools_fit_next_to_a_readout(window, prepared):
+    window.resize(1366, 768)
+    window.hint_bar.hide()
+    window.map_view.readout_changed.emit(window.map_view.words_for(prepared.skin.taxel_point(70)))
+    hints = []
+    for spec in window.presenters.tools.specs:
+        window.presenters.view.set_tool(spec.kind)
+        for _ in range(3):
+            QApplication.processEvents()
+        hints.append(window.status_line.currentMessage())
+        assert window.status_line.shown == hints[-1], spec.text
+    assert len([*filter(None, hints)]) >= 7

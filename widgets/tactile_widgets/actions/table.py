@@ -790,6 +790,8 @@ _GESTURES = (
     ("Escape", "release the poke, cancel a selection being drawn, or select none"),
     ("Click, or drag around, with Select", "select taxels, on the map or on the body"),
     ("Drag a patch with Arrange", "move it; its corners scale, its handle rotates; Ctrl turns snapping off"),
+    ("Shift while dragging it", "move along one axis, scale about the middle, rotate by 15°"),
+    ("Arrow keys with Arrange", "move the patches by 1 mm, with Shift by 10 mm"),
     ("Drag a pin with Pins", "the map follows; click the skin to pin it"),
     ("Drag along the skin with Seams", "draw a seam; Alt erases one"),
     ("Enter, Escape", "accept or decline a proposed seam"),

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QPoint, QSize, Qt, Signal, SignalInstance
+from PySide6.QtCore import QLocale, QPoint, QSize, Qt, Signal, SignalInstance
 from PySide6.QtGui import QIcon, QImage, QKeySequence, QPixmap, QShortcut
 from PySide6.QtWidgets import (
     QAbstractItemView,
@@ -20,6 +20,7 @@ from PySide6.QtWidgets import (
     QLineEdit,
     QMenu,
     QPushButton,
+    QStyledItemDelegate,
     QTableWidget,
     QTableWidgetItem,
     QWidget,
@@ -110,11 +111,13 @@ class RecordingsDialog(QDialog):
             editTriggers=QAbstractItemView.EditTrigger.NoEditTriggers,
             iconSize=_PICTURE,
             showGrid=False,
-            wordWrap=False,
+            wordWrap=True,
+            textElideMode=Qt.TextElideMode.ElideMiddle,
             contextMenuPolicy=Qt.ContextMenuPolicy.CustomContextMenu,
             customContextMenuRequested=self._open_menu,
             itemSelectionChanged=self._show_selected,
         )
+        table.setItemDelegateForColumn(0, _NameDelegate(table))
         table.verticalHeader().hide()
         table.verticalHeader().setDefaultSectionSize(_PICTURE.height() + 8)
         table.horizontalHeader().setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
@@ -175,7 +178,7 @@ class RecordingsDialog(QDialog):
         name = summary.path.name
         for column, text in enumerate((f"⚠ {name}" if summary.problem else name, *texts[1:])):
             item = QTableWidgetItem(text)
-            item.setToolTip(summary.problem or text)
+            item.setToolTip("\n".join(filter(None, (name if column == 0 else text, summary.problem))))
             if column == 0 and summary.picture is not None:
                 item.setIcon(_icon(summary.picture))
             self.table.setItem(row, column, item)
@@ -250,6 +253,13 @@ class RecordingsDialog(QDialog):
         for button in self._buttons.values():
             add_entry(menu, button.text(), button.click, enabled=button.isEnabled())
         menu.popup(self.table.viewport().mapToGlobal(place))
+
+
+class _NameDelegate(QStyledItemDelegate):
+    """Wraps long names of files, also after an underscore."""
+
+    def displayText(self, value: object, locale: QLocale | QLocale.Language) -> str:
+        return super().displayText(value, locale).replace("_", "_\u200b")
 
 
 def _episodes_text(annotations: Annotations) -> str:

@@ -7,7 +7,7 @@ does not move under the pointer when the readout changes.
 
 from __future__ import annotations
 
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QRect, Qt
 from PySide6.QtGui import QPainter, QPaintEvent
 from PySide6.QtWidgets import QLabel, QSizePolicy, QStatusBar, QStyle, QStyleOption, QWidget
 
@@ -58,21 +58,27 @@ class StatusLine(QStatusBar):
         self.messageChanged.connect(self.setToolTip)
         self.setFixedHeight(self.fontMetrics().height() + _MARGINS_PX)
 
+    @property
+    def shown(self) -> str:
+        """Temporary message as drawn."""
+        return self.fontMetrics().elidedText(self.currentMessage(), Qt.TextElideMode.ElideRight, self._room.width())
+
+    @property
+    def _room(self) -> QRect:
+        right = min(part.x() for part in self.kept if part.isVisible())
+        return self.rect().adjusted(6, 0, right - self.width() - 6, 0)
+
     def paintEvent(self, event: QPaintEvent) -> None:
         """Elide a temporary message that does not fit; the tool tip shows the whole message."""
-        message = self.currentMessage()
-        if not message:
+        if not self.currentMessage():
             super().paintEvent(event)
             return
-        right = min(part.x() for part in self.kept if part.isVisible())
-        room = self.rect().adjusted(6, 0, right - self.width() - 6, 0)
         painter = QPainter(self)
         option = QStyleOption()
         option.initFrom(self)
         self.style().drawPrimitive(QStyle.PrimitiveElement.PE_PanelStatusBar, option, painter, self)
         painter.setPen(self.palette().windowText().color())
-        words = self.fontMetrics().elidedText(message, Qt.TextElideMode.ElideRight, room.width())
-        painter.drawText(room, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, words)
+        painter.drawText(self._room, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, self.shown)
         painter.end()
 
     def show_title(self, text: str) -> None:

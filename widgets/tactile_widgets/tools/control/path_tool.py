@@ -20,10 +20,7 @@ from tactile_widgets.views.overlays.body_overlays import MarkRole, PointMark, Po
 from tactile_widgets.views.overlays.painting import draw_handles, draw_label, draw_middles, draw_sketch
 from tactile_widgets.views.overlays.task_overlay import lines_on_skin
 
-_DRAW = (
-    "Click corners, or draw in one stroke; Enter ends it, Backspace removes the last one. "
-    "Drag corners, segments or the whole path."
-)
+_DRAW = "Click corners, or draw in one stroke; Enter ends, Backspace removes the last one. Drag parts to edit."
 _STARTS = "A path must start on the skin"
 _NAMES = {HandleKind.CORNER: "move a corner", HandleKind.MIDDLE: "add a corner", HandleKind.LINE: "move the path"}
 

@@ -50,10 +50,7 @@ class PostureTool(ViewTool):
         words: Text next to the pointer; empty if there is none.
     """
 
-    hint = (
-        "Drag a link: the joints follow within their limits. While paused the robot is placed there, else it moves "
-        "there. Escape cancels the drag, Undo reverts it."
-    )
+    hint = "Drag a link: the joints follow within their limits, at once while paused. Escape cancels the drag."
     grabs_links = True
 
     def __init__(self, editor: PostureEditor, parent: QObject | None = None) -> None:

@@ -18,10 +18,7 @@ from tactile_widgets.views.interaction.view_tool import PointerHit, ToPixels
 class TargetTool(ControlTool):
     """Tool that sets the point to hold, on the map or on the body."""
 
-    hint = (
-        "Click where to hold the contact, drag to move the target. Arrow keys move it, Page Up and Page Down change "
-        "the force, Undo reverts."
-    )
+    hint = "Click where to hold the contact; drag the target. Arrows move it, Page Up and Down change the force."
     _dragging = False
 
     @property

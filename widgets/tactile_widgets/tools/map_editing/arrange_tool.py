@@ -125,10 +125,7 @@ def _signed(words: str) -> str:
     return words.replace("-", "\u2212")
 
 
-_HINT = (
-    "Drag a patch to move it, a corner to scale it, the round handle to rotate it. Shift: along one axis, about the "
-    "middle, by 15°; Control disables snapping. Arrow keys move by 1 mm, with Shift by 10."
-)
+_HINT = "Drag a patch, a corner to scale it, the handle to rotate it. Shift: one axis, or 15°. Arrows: 1 mm."
 NUDGE = 1e-3
 """Distance an arrow key moves patches [m]; ten times as far with Shift."""
 _SHIFT = Qt.KeyboardModifier.ShiftModifier

@@ -53,7 +53,7 @@ class GridTool(ViewTool):
         parent: Qt parent.
     """
 
-    hint = "Click two opposite corners. Arrow keys set rows and columns, M mirrors, Enter places, Backspace goes back."
+    hint = "Click two opposite corners. Arrows set rows and columns, M mirrors, Enter places, Backspace goes back."
     placed = Signal(GridSpec)
     """The user requested to place this taxel grid."""
 
