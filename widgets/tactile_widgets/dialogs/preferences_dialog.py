@@ -46,7 +46,10 @@ _QUESTIONS = {
         "Without the question, they replace them",
     ),
     Question.RESTORE: ("Ask before restored edits replace newer ones", "Undo brings the newer ones back"),
-    Question.TRASH: ("Ask before a recording is moved to the trash", "The file can be restored from the system's trash"),
+    Question.TRASH: (
+        "Ask before a recording is moved to the trash",
+        "The system's trash keeps the file",
+    ),
 }
 _FOLDER_TIP = "New recordings are written here, also those of stopped sessions and of replayed runs"
 

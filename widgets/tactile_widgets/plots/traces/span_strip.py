@@ -7,6 +7,7 @@ bar emits its beginning.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
+from itertools import accumulate
 from typing import ClassVar, Generic, NamedTuple, TypeVar
 
 from PySide6.QtCore import QPointF, QRectF, Qt, Signal
@@ -27,6 +28,9 @@ from tactile_widgets.plots.traces.trace_plots import (
 )
 
 _ROW = 21.0
+"""Height of a row with a name of one line [px]."""
+_LINE = 13.0
+"""Height of a further line of the name [px]."""
 _BAR = 4.0
 _THINNEST = 2.0
 _NEAR = 8.0
@@ -154,11 +158,10 @@ class _Rows(QWidget):
 
     def began_at(self, place: QPointF) -> float | None:
         """Return the age [s] at which the bar at a position began; None without a bar there."""
-        rows = self._with_room()
-        number = int(place.y() // _ROW)
-        if not 0 <= number < len(rows):
+        row = next((row for row, top, lines in self._placed() if top <= place.y() < top + _height(lines)), None)
+        if row is None:
             return None
-        near = [(self._away(place.x(), span), span[0]) for span in rows[number].spans]
+        near = [(self._away(place.x(), span), span[0]) for span in row.spans]
         away, began = min(near, default=(_NEAR + 1, 0.0))
         return began if away <= _NEAR else None
 
@@ -173,6 +176,27 @@ class _Rows(QWidget):
         current_first = sorted(range(len(self._shown)), key=lambda number: not self._shown[number].current)
         return tuple(self._shown[number] for number in sorted(current_first[: room - 1]))
 
+    def _placed(self) -> list[tuple[SpanRow, float, list[str]]]:
+        """Return the rows that fit with their top and the lines of their names, which are elided without room."""
+        rows = self._with_room()
+        lines = [self._wrapped(row.name) for row in rows]
+        if len(rows) < len(self._shown) or sum(map(_height, lines)) > self.height() - AXIS_HEIGHT:
+            lines = [[row.name] for row in rows]
+        tops = accumulate(map(_height, lines), initial=0.0)
+        return list(zip(rows, tops, lines, strict=False))
+
+    def _wrapped(self, name: str) -> list[str]:
+        metrics = QFontMetricsF(self._caption)
+        first, *rest = name.split(" ")
+        lines = [first]
+        for word in rest:
+            longer = f"{lines[-1]} {word}"
+            if metrics.horizontalAdvance(longer) <= self.width() - 4:
+                lines[-1] = longer
+            else:
+                lines.append(word)
+        return lines
+
     def paintEvent(self, _event: QPaintEvent) -> None:
         painter = QPainter(self)
         painter.setFont(self._caption)
@@ -183,17 +207,20 @@ class _Rows(QWidget):
         painter.setPen(QPen(QColor(self.theme.quiet), 1, Qt.PenStyle.DotLine))
         for age in self._marks:
             painter.drawLine(QPointF(self._x(age), 0), QPointF(self._x(age), floor))
-        shown = self._with_room()
-        for number, row in enumerate(shown):
-            self._draw_row(painter, number * _ROW, row)
+        shown = self._placed()
+        for row, top, lines in shown:
+            self._draw_row(painter, top, row, lines)
         if len(shown) < len(self._shown):
             painter.setPen(QColor(self.theme.quiet))
             painter.drawText(QPointF(2, len(shown) * _ROW + 12), f"and {len(self._shown) - len(shown)} more")
 
-    def _draw_row(self, painter: QPainter, top: float, row: SpanRow) -> None:
+    def _draw_row(self, painter: QPainter, top: float, row: SpanRow, lines: Sequence[str]) -> None:
         painter.setPen(QColor(self.theme.text if row.current else self.theme.quiet))
-        words = QFontMetricsF(self._caption).elidedText(row.name, Qt.TextElideMode.ElideRight, self.width() - 4)
-        painter.drawText(QPointF(2, top + 12), words)
+        metrics = QFontMetricsF(self._caption)
+        for number, line in enumerate(lines):
+            words = metrics.elidedText(line, Qt.TextElideMode.ElideRight, self.width() - 4)
+            painter.drawText(QPointF(2, top + 12 + number * _LINE), words)
+        top += _height(lines) - _ROW
         painter.fillRect(QRectF(0, top + 15, self.width(), _BAR), QColor(mixed(self.theme.panel, self.theme.line, 0.5)))
         ink = QColor(severity_colour(row.severity, self.theme))
         for start, end in row.spans:
@@ -211,6 +238,11 @@ class _Rows(QWidget):
     def _x(self, age: float) -> float:
         """Return the x of an age [s]: now is near the right edge, as in the plots."""
         return self.width() * (age - AXIS_START) / (AXIS_END - AXIS_START)
+
+
+def _height(lines: Sequence[str]) -> float:
+    """Return the height of a row with a name of these lines [px]."""
+    return _ROW + (len(lines) - 1) * _LINE
 
 
 class LimitStrip(SpanStrip[LimitHistory]):
