@@ -117,7 +117,7 @@ class PreferencesDialog(QDialog):
         buttons.addButton(self.restore, QDialogButtonBox.ButtonRole.ResetRole)
         for button in buttons.buttons():  # Return enters the folder, and presses no button
             cast("QPushButton", button).setAutoDefault(False)
-        column_layout(form, buttons, parent=self, spacing=STYLE_SPACING, margins=None)
+        self._column = column_layout(form, buttons, parent=self, spacing=STYLE_SPACING, margins=None)
         self.resize(600, 0)
 
     def show_preferences(self, preferences: Preferences) -> None:
@@ -134,7 +134,7 @@ class PreferencesDialog(QDialog):
     def show_problem(self, text: str) -> None:
         """Show why a folder cannot be used, below its field; an empty text hides it."""
         show_text(self.problem, text and f"▲ {as_sentence(text)}")
-        self.layout().activate()
+        self._column.activate()
         self.resize(self.width(), self.heightForWidth(self.width()))
 
     def _on_folder_edited(self) -> None:
