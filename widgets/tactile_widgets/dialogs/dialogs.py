@@ -130,9 +130,22 @@ class Dialogs:
         """Ask for a line of text, by default ``value``; ``then`` is called with it unless the dialog is cancelled."""
         self._ask_input(name, then, windowTitle=title, labelText=text, textValue=value)
 
-    def ask_choice(self, name: str, title: str, text: str, choices: Sequence[str], then: Callable[[str], None]) -> None:
-        """Ask for one of ``choices``; ``then`` is called with it unless the dialog is cancelled."""
-        self._ask_input(name, then, windowTitle=title, labelText=text, comboBoxItems=list(choices))
+    def ask_choice(
+        self,
+        name: str,
+        title: str,
+        text: str,
+        choices: Sequence[str],
+        then: Callable[[str], None],
+        *,
+        proposed: str | None = None,
+    ) -> None:
+        """Ask for one of ``choices``; ``then`` is called with it unless the dialog is cancelled.
+
+        ``proposed`` is chosen at first; None for the first choice.
+        """
+        chosen = choices[0] if proposed is None else proposed
+        self._ask_input(name, then, windowTitle=title, labelText=text, comboBoxItems=list(choices), textValue=chosen)
 
     def ask_button(self, name: str, title: str, text: str, choices: Sequence[str], then: Callable[[str], None]) -> None:
         """Ask a question with a button for each choice; ``then`` is called with its text unless it is cancelled.

@@ -27,7 +27,7 @@ from tactile_maps.skin.formats.taxel_files import write_taxels
 from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.common.mode import Mode
 from tactile_widgets.dialogs.study_dialog import StudyDialog
-from tactile_widgets.presenters.files.file_presenter import scene_words
+from tactile_widgets.presenters.files.file_presenter import likely_link, scene_words
 from tactile_widgets.session.backends import INLINE
 from tactile_widgets.views.interaction.view_tool import PointedAt
 from tests.support.taxel_formats import FORMATS, LINK, cylinder_taxels, write_formats
@@ -383,6 +383,24 @@ def test_taxel_files_are_merged_replaced_or_added_as_one_step(window, monkeypatc
     assert len(window.live.prepared.skin) == covered
 
 
+@pytest.mark.parametrize(
+    ("name", "link"),
+    [
+        ("t_hand", "hand"),
+        ("left_hand_2", "hand"),
+        ("r_hand", "r_hand"),
+        ("skin of upper arm", "upper_arm"),
+        ("R_Hand", "r_hand"),
+        ("j1", "j1"),
+        ("skin_r_1", None),
+        ("handle", None),
+    ],
+)
+def test_link_named_by_a_file_is_likely(name, link):
+    assert likely_link(name, ("base", "upper_arm", "arm", "hand", "r_hand", "link_1", "j1")) == link
+    assert likely_link(name, ()) is None
+
+
 def test_taxels_without_a_known_link_ask_for_the_link(window, monkeypatch, tmp_path):
     opened = []
     monkeypatch.setattr(window.live, "open_scene", lambda scene, file=None: opened.append(scene))
@@ -392,7 +410,12 @@ def test_taxels_without_a_known_link_ask_for_the_link(window, monkeypatch, tmp_p
     assert "unnamed.csv names no link of arm" in box.labelText()
     assert box.comboBoxItems()[-1] == "No robot: the skin alone"
     assert {"forearm", "hand"} <= set(box.comboBoxItems())
-    box.setTextValue("hand")
+    assert box.textValue() == box.comboBoxItems()[0]
+    box.reject()
+    write_taxels(cylinder_taxels(link=None), tmp_path / "t_hand.csv")
+    drop(window, tmp_path / "t_hand.csv")
+    box = window.findChildren(QInputDialog, "taxel-link")[-1]
+    assert box.textValue() == "hand"
     box.accept()
     assert (opened[0].robot, opened[0].cover.links) == ("arm", ("hand",))
     drop(window, tmp_path / "unnamed.csv")

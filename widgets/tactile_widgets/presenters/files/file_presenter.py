@@ -5,6 +5,7 @@ The File menu lists the robots and scenes of the program and recent files.
 
 from __future__ import annotations
 
+import re
 import shlex
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -269,7 +270,8 @@ class FilePresenter(Presenter):
                 with self._notifier.errors_shown("open file", finishes=False):
                     self._ask_links(scene, robot, paths, (*known, answer))
 
-        self._context.dialogs.ask_choice("taxel-link", "Which link?", text, choices, chosen)
+        likely = likely_link(file.path.stem, [choice for choice in choices if choice != alone])
+        self._context.dialogs.ask_choice("taxel-link", "Which link?", text, choices, chosen, proposed=likely)
 
     def _put_on(self, scene: Scene, paths: Sequence[str], links: tuple[str, ...]) -> None:
         """Show the scene with the taxels of files, as one step where it runs."""
@@ -476,3 +478,26 @@ def _home_in(file: Path) -> Mapping[str, float]:
         return load_scene(str(file)).home
     except TactileMapsError:
         return {}
+
+
+_LONG_WORD = 3
+"""Length from which a word of a link's name distinguishes it; letters for sides and numbers are in many names."""
+
+
+def likely_link(name: str, links: Sequence[str]) -> str | None:
+    """Return the link whose words are best contained in the name of a file; None without a match."""
+    stated = set(_words(name))
+
+    def score(link: str) -> tuple[int, int]:
+        """Return the number of characters of the words that match, and minus that of the others."""
+        matched = [len(word) for word in _words(link) if word in stated]
+        missing = sum(map(len, _words(link))) - sum(matched)
+        return (sum(matched), -missing) if not missing or max(matched, default=0) >= _LONG_WORD else (0, 0)
+
+    best = max(links, key=score, default=None)
+    return None if best is None or score(best)[0] == 0 else best
+
+
+def _words(name: str) -> list[str]:
+    """Return the words and numbers of a name in lower case."""
+    return re.findall(r"[a-z]+|[0-9]+", name.lower())
