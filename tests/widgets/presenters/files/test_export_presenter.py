@@ -77,6 +77,10 @@ def test_sharing_reports_its_local_address_and_stops(window, qtbot):
     assert address.startswith("ws://127.0.0.1:")
     assert address in window.notification_bar.text
     assert action.isChecked()
+    window.notification_bar.clear()
+    window.live.show_prepared(window.live.prepared)
+    qtbot.waitUntil(lambda: window.live.sharing.address == address)
+    assert window.notification_bar.messages == (), "once for each address"
     port = int(address.rpartition(":")[2])
     assert listens(port)
     run(window, 0.1)

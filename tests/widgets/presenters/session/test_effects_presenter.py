@@ -8,13 +8,15 @@ import numpy as np
 import pytest
 from PySide6.QtWidgets import QPushButton, QToolButton
 
+from tactile_maps.live.sources.open import SourceOptions
 from tactile_maps.scene.scene import with_override
 from tactile_maps.scene.stability import stability_warning
 from tactile_maps.session.inputs import EffectsChanged
 from tactile_maps.studies.study.work_precision import Setting
 from tactile_widgets.common.mode import Mode
+from tactile_widgets.session.live_input import LiveInputSettings
 from tests.widgets.support.mouse import left_click
-from tests.widgets.support.window_driver import choose_effect, press_map, run
+from tests.widgets.support.window_driver import choose_effect, press_map, record_run, run
 
 pytestmark = pytest.mark.long
 
@@ -167,6 +169,27 @@ def test_replay_shows_its_effects_and_accepts_no_choice(window, panel, tmp_path)
     assert panel.lines["noise"].words[1] == "off"
     assert panel.lines["friction"].words[1] == "on", "the choice is kept"
     assert panel.lines["noise"].box.isEnabled()
+
+
+def test_time_step_of_readings_is_not_shown_as_a_choice(window, panel, tmp_path):
+    (tmp_path / "readings.csv").write_text("# unit: Pa\ntime,0,1\n" + "".join(f"{n / 10},0,0\n" for n in range(9)))
+    window.live.connection.open(LiveInputSettings(str(tmp_path / "readings.csv"), SourceOptions(speed=None)))
+    run(window, 0.1)
+
+    def shown():
+        line = panel.lines["timestep"]
+        return line.words[1], line.marked, "nothing is simulated" in line.toolTip()
+
+    assert shown() == ("0.0001 s", False, True)
+    record_run(window, tmp_path / "real.mcap", 0.3)
+    window.live.open_recording(tmp_path / "real.mcap")
+    assert shown() == ("0.0001 s", False, True)
+    window.live.replay.leave()
+    window.live.connection.close()
+    assert "nothing is simulated" not in panel.lines["timestep"].toolTip()
+    choose_effect(window, "timestep", 0.001)
+    run(window, 0.1)
+    assert panel.lines["timestep"].marked
 
 
 def test_measured_costs_are_shown_in_the_panel(window, panel):

@@ -84,6 +84,13 @@ def recorded_decision(scene: Scene, effects: Effects) -> EffectDecision:
     return EffectDecision(effects, tuple(rows), ())
 
 
+def measured_decision(decision: EffectDecision) -> EffectDecision:
+    """Return the decision of readings, whose time step no one chose: it is the resolution of their times."""
+    why = "times of readings are multiples of it, and nothing is simulated"
+    rows = (replace(row, why=why, overridden=False) if row.name == "timestep" else row for row in decision.rows)
+    return replace(decision, rows=tuple(rows))
+
+
 def credited_decision(decision: EffectDecision, opened: Scene, scene: Scene) -> EffectDecision:
     """Return the decision with the user as reason of overrides that the opened scene does not contain."""
     here = {key for key, override in scene.overrides.items() if opened.overrides.get(key) != override}

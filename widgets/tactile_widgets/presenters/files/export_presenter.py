@@ -41,6 +41,7 @@ class ExportPresenter(Presenter):
     def __init__(self, context: AppContext, parent: QWidget) -> None:
         super().__init__(context, parent)
         self._thread: threading.Thread | None = None
+        self._announced: str | None = None  # address that the last message about viewers stated
         self._cancelled = threading.Event()
         self._progress = JobProgress(self._notifier, self._cancelled.set)
         context.actions.bind(
@@ -168,7 +169,8 @@ class ExportPresenter(Presenter):
         self._session.recording.set_for_viewers(on=on)
 
     def _on_sharing_changed(self, address: str | None) -> None:
-        if address is not None:
+        if address is not None and address != self._announced:  # each scene is shared anew, mostly at the same address
+            self._announced = address
             foxglove = f"Viewers on this computer find the session at {address} (Foxglove, Lichtblick: open connection)"
             shown = self._session.sharing.kind is ViewerKind.RERUN
             text = f"Shown in the Rerun viewer at {address}" if shown else foxglove

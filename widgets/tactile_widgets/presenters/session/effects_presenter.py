@@ -23,6 +23,7 @@ from tactile_widgets.panels.model.effects_panel import (
     EffectsPanel,
     automatic_rows,
     credited_decision,
+    measured_decision,
     recorded_decision,
 )
 
@@ -98,6 +99,9 @@ class EffectsPresenter(Presenter):
         unstable = stability_warning(effects, scene.layer, objects=scene.objects)
         notes = () if unstable is None else (unstable,)
         decision = credited_decision(recorded_decision(scene, effects), self._prepared.scene, scene)
+        player = self._session.replay.player
+        if (self._session.measured_from if player is None else player.measured) is not None:
+            decision = measured_decision(decision)
         self._panel.show_decision(decision, automatic_rows(scene), notes=notes)
         values = {"share": TAIL_SHARE} if effects.skin == "half-space" else {}
         step = {"timestep_ms": round(1e3 * effects.timestep, 6)}
