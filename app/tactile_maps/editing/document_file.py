@@ -234,7 +234,7 @@ class DocumentFile:
         self.path = path
         self._saved = saved
         self._folder = folder
-        self._autosaved: tuple[MapDocument, str] | None = None  # with the text of its scene
+        self._autosaved: tuple[MapDocument, str, str] | None = None  # with the texts of its scene and chosen cover
         self._signature = _signature(path)
 
     @property
@@ -278,12 +278,13 @@ class DocumentFile:
             return self._folder / AUTOSAVE_NAME
         return None if self.path is None else self.path.with_name(self.path.name + AUTOSAVE_ENDING)
 
-    def autosave(self, document: MapDocument, *, scene: str = "") -> bool:
+    def autosave(self, document: MapDocument, *, scene: str = "", cover: str = "") -> bool:
         """Write an autosave if the document or its scene has unsaved changes. Return whether it was written.
 
         Args:
             document: The document.
             scene: Text of its scene if that has changes that are not saved; else empty.
+            cover: Text of a cover that is chosen for its skin but not applied; empty without one.
 
         May run in another thread, in order with ``save_as``; compression does not block the window.
 
@@ -291,14 +292,14 @@ class DocumentFile:
             MapError: It cannot be written.
         """
         file = self.autosave_file
-        if not self.unsaved(document) and not scene:
+        if not self.unsaved(document) and not scene and not cover:
             self.drop_autosave()
             return False
-        if file is None or (document, scene) == self._autosaved:
+        if file is None or (document, scene, cover) == self._autosaved:
             return False
-        about = {"file": "" if self.path is None else str(self.path), "scene": scene}
+        about = {"file": "" if self.path is None else str(self.path), "scene": scene, "cover": cover}
         write_atomically(file, document_to_bytes(document, about=about), error=MapError)
-        self._autosaved = document, scene
+        self._autosaved = document, scene, cover
         return True
 
     def drop_autosave(self) -> None:

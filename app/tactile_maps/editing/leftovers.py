@@ -21,6 +21,7 @@ class Leftover:
         document: The document.
         file: Map file of the document; None if it had none.
         scene: Text of the scene that its skin needs; empty if that was saved.
+        cover: Text of the cover that was chosen for its skin but not applied; empty without one.
         written: Time of the autosave [s since 1970].
     """
 
@@ -28,6 +29,7 @@ class Leftover:
     document: MapDocument
     file: Path | None
     scene: str
+    cover: str
     written: float
 
     @property
@@ -74,7 +76,8 @@ def find_leftovers(parent: Path) -> list[Leftover]:
             about = about_from_bytes(data, file=path)
             file = Path(about["file"]) if about.get("file") else None
             document = document_from_bytes(data, file=path)
-            leftover = Leftover(claim, document, file, about.get("scene", ""), path.stat().st_mtime)
+            texts = about.get("scene", ""), about.get("cover", "")
+            leftover = Leftover(claim, document, file, *texts, path.stat().st_mtime)
         if leftover is None:
             claim.release()
         else:

@@ -114,6 +114,21 @@ def scene_to_toml(scene: Scene) -> str:
     return "\n".join(parts) + "\n"
 
 
+def cover_to_toml(cover: CoverSpec) -> str:
+    """Return a cover as text, which ``cover_from_toml`` reads as an equal cover."""
+    return toml_lines(_stated(cover))
+
+
+def cover_from_toml(text: str) -> CoverSpec:
+    """Read a cover.
+
+    Raises:
+        SceneError: The text is invalid.
+    """
+    reader = TomlReader(text, file="cover", top=())
+    return reader.build(CoverSpec, reader.raw, ())
+
+
 def scene_in_folder(scene: Scene, folder: Path) -> Scene:
     """Return a scene to be written in ``folder``: files in it are named relative to it, others with their whole path.
 

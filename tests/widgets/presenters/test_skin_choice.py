@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from functools import partial
 
 import pytest
@@ -289,6 +290,63 @@ def test_other_changes_are_saved_without_a_choice_that_cannot_be(new_window, tmp
     qtbot.waitUntil(lambda: not window.isVisible())
     saved = load_document(tmp_path / "own.npz")
     assert saved.layout == window.editor.document.layout
+
+
+# Restored after a crash.
+
+
+def crash(window, prepared):
+    """Show the arm again as the next start of the program does after a crash, which leaves the copy of the work."""
+    files = window.presenters.map_files
+    files.autosave()
+    files._wait()
+    window.live.show_prepared(pickle.loads(pickle.dumps(prepared)))
+    assert unsaved(window) == ()
+    assert chosen(window) == {*LINKS}
+
+
+def test_choice_is_restored_after_a_crash_and_not_applied(window, prepared):
+    click_box(window, "wrist")
+    panel_of(window).taxels.setValue(64)
+    choice = panel_of(window).cover
+    crash(window, prepared)
+    window.action("restore_map").trigger()
+    assert chosen(window) == {*LINKS, "wrist"}
+    assert window.presenters.map_files.choice == panel_of(window).cover == choice
+    assert counts(window).keys() == {*LINKS}
+    crash(window, prepared)
+    click_box(window, "elbow")
+    window.action("restore_map").trigger()
+    assert question(window) == "A skin was chosen since. Restoring replaces this choice."
+    answer(window, Button.Cancel, "restore")
+    assert chosen(window) == {*LINKS, "elbow"}
+    window.action("restore_map").trigger()
+    answer(window, Button.Yes, "restore")
+    assert chosen(window) == {*LINKS, "wrist"}
+
+
+def test_choice_for_a_skin_that_was_not_saved_is_restored_with_it(window, prepared):
+    panel_of(window).taxels.setValue(161)
+    click_box(window, "wrist")
+    click(window, "skin-apply")
+    click_box(window, "elbow")
+    panel_of(window).taxels.setValue(150)
+    choice = panel_of(window).cover
+    crash(window, prepared)
+    window.action("restore_map").trigger()
+    assert counts(window).keys() == {*LINKS, "wrist"}
+    assert panel_of(window).cover == choice
+    assert unsaved(window) == ("map", "skin", CHOSEN)
+
+
+def test_undone_choice_leaves_no_copy(window, prepared):
+    click_box(window, "wrist")
+    crash(window, prepared)
+    window.action("restore_map").trigger()
+    window.action("undo").trigger()
+    click(window, "skin-revert")
+    crash(window, prepared)
+    assert not window.action("restore_map").isEnabled()
 
 
 # A robot that is not open yet.

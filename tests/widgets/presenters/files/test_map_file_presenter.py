@@ -507,7 +507,7 @@ def test_unexpected_error_of_an_autosave_is_reported(window, files, tmp_path, mo
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
 
     class Broken(DocumentFile):
-        def autosave(self, document, *, scene=""):
+        def autosave(self, document, **texts):
             raise ZeroDivisionError("unforeseen")
 
     files._file = Broken(None, None, folder=tmp_path)

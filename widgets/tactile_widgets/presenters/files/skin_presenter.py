@@ -94,6 +94,7 @@ class SkinPresenter(Presenter):
         session.opening_stopped.connect(self._on_opening_stopped)
         session.mode_changed.connect(self._show_chosen)  # emitted once the document of another scene is shown
         map_files.begun.connect(self._on_document_begun)
+        map_files.choice_restored.connect(self._show_chosen)
         map_files.apply_requested.connect(self._on_save_requested)
         map_files.choice_refusal = self._choice_refusal
         for signal in (session.mode_changed, session.recording.changed, session.connection.changed):

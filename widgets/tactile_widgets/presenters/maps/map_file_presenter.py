@@ -44,7 +44,7 @@ from tactile_maps.maps.formats.svg import read_svg_taxels
 from tactile_maps.maps.model.taxel_frames import taxel_frames
 from tactile_maps.scene.effects import Override
 from tactile_maps.scene.scene import Scene
-from tactile_maps.scene.scene_file import scene_from_toml, scene_to_toml
+from tactile_maps.scene.scene_file import cover_from_toml, cover_to_toml, scene_from_toml, scene_to_toml
 from tactile_maps.session.prepare import PreparedScene
 from tactile_maps.session.runtime_settings import RuntimeSettings
 from tactile_maps.skin.fitting.cover import CoverSpec
@@ -149,6 +149,8 @@ class MapFilePresenter(Presenter):
     """Open this scene, whose skin was restored."""
     begun = Signal(object)
     """Another scene is edited; that Scene if the user chose its skin before it was opened, else None."""
+    choice_restored = Signal()
+    """Show the chosen skin, which a crash left."""
     apply_requested = Signal()
     """Apply the chosen skin, because it is being saved."""
 
@@ -554,10 +556,12 @@ class MapFilePresenter(Presenter):
         """Restore edits that a crash left; ask first if that replaces newer edits."""
         if not self._leftovers or not self._editor.enabled:
             return
-        if not {"map", "skin"} & {*self.unsaved}:
-            self._restore()
-            return
-        if not self._context.settings.preferences.asks(Question.RESTORE):
+        texts = list[str]()
+        if {"map", "skin"} & {*self.unsaved} and self._context.settings.preferences.asks(Question.RESTORE):
+            texts.append("The map was edited since. Restoring replaces these edits; Undo brings them back.")
+        if self._leftovers[0].cover and self._choice is not None:
+            texts.append("A skin was chosen since. Restoring replaces this choice.")
+        if not texts:
             self._restore()
             return
 
@@ -567,9 +571,13 @@ class MapFilePresenter(Presenter):
             else:
                 self._offer()
 
-        text = "The map was edited since. Restoring replaces these edits; Undo brings them back."
         self._context.dialogs.ask(
-            "restore", "Replace the edits?", text, Button.Yes | Button.Cancel, answered, default=Button.Cancel
+            "restore",
+            "Replace the edits?",
+            " ".join(texts),
+            Button.Yes | Button.Cancel,
+            answered,
+            default=Button.Cancel,
         )
 
     def _restore(self) -> None:
@@ -589,10 +597,13 @@ class MapFilePresenter(Presenter):
         self._drop_restored(leftover)
 
     def _restore_settings(self, leftover: Leftover) -> None:
-        """Restore the settings of the scene, if they were not saved."""
+        """Restore the settings of the scene, if they were not saved, and the chosen skin."""
         with self._notifier.errors_shown("restore edits"):
             if leftover.scene:
                 self._scene.restore(self._scene_of(leftover))
+            if leftover.cover:
+                self.note_choice(cover_from_toml(leftover.cover))
+                self.choice_restored.emit()
 
     def _scene_of(self, leftover: Leftover) -> Scene:
         """Return the scene of an autosave, with the name of the scene that runs."""
@@ -606,7 +617,7 @@ class MapFilePresenter(Presenter):
         assert self._file is not None
         self._wait()
         with self._notifier.errors_shown("autosave"):
-            self._file.autosave(document, scene=self._scene_text)
+            self._file.autosave(document, scene=self._scene_text, cover=self._cover_text)
             self._leftovers.remove(leftover)
             leftover.discard()
         self._offer()
@@ -809,13 +820,19 @@ class MapFilePresenter(Presenter):
         document = self._editor.document
         if self._file is None or document is None or self._editor.gesture or not self._written():
             return
-        self._writing = self._writer.submit(self._file.autosave, document, scene=self._scene_text)
+        texts = {"scene": self._scene_text, "cover": self._cover_text}
+        self._writing = self._writer.submit(self._file.autosave, document, **texts)
 
     @property
     def _scene_text(self) -> str:
         """The scene that runs as text, if it has changes that are not saved; else empty."""
         scene = self._scene.to_write
         return scene_to_toml(scene) if scene is not None and {*self._changed} - {"map"} else ""
+
+    @property
+    def _cover_text(self) -> str:
+        """The chosen cover as text; empty without one."""
+        return "" if self._choice is None else cover_to_toml(self._choice)
 
     def _written(self) -> bool:
         """Whether the last autosave is complete; an error is reported once."""
