@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass
+from itertools import count
 
 from tactile_maps.core.errors import MapError
 from tactile_maps.editing.document import MapDocument
@@ -14,10 +15,19 @@ _STEP_BYTES = 4096
 """Memory of a step besides arrays, rounded up [bytes]."""
 
 
+_numbers = count(1)
+
+
+def next_step_number() -> int:
+    """Return the number of a new step: larger than that of every step made before, in this or another history."""
+    return next(_numbers)
+
+
 @dataclass(frozen=True, eq=False)
 class _Step:
     name: str
     document: MapDocument
+    number: int
 
 
 class History:
@@ -48,7 +58,7 @@ class History:
         self._held: Counter[int] = Counter()
         self._bytes = 0
         self._steps: list[_Step] = []
-        self._steps.append(self._count(_Step(name, first)))
+        self._steps.append(self._count(_Step(name, first, 0)))
         self.present = first
         self.gesture = ""
         self.position = 0
@@ -68,6 +78,16 @@ class History:
         """Whether ``redo`` would change anything."""
         return not self.gesture and self.position < len(self._steps) - 1
 
+    @property
+    def undo_number(self) -> int:
+        """Number of the step that ``undo`` reverts; 0 without one."""
+        return self._steps[self.position].number if self.position else 0
+
+    @property
+    def redo_number(self) -> int:
+        """Number of the step that ``redo`` repeats; 0 without one."""
+        return self._steps[self.position + 1].number if self.can_redo else 0
+
     def reaches(self, document: MapDocument) -> bool:
         """Whether ``document`` is that of the current step or of an undone one."""
         return any(step.document is document for step in self._steps[self.position :])
@@ -84,7 +104,7 @@ class History:
             return
         while len(self._steps) > self.position + 1:
             self._forget(self._steps.pop())
-        self._steps.append(self._count(_Step(name, document)))
+        self._steps.append(self._count(_Step(name, document, next_step_number())))
         while len(self._steps) > 1 and (len(self._steps) > self._most_steps + 1 or self._bytes > self._most_bytes):
             self._forget(self._steps.pop(0))
         self.position = len(self._steps) - 1
@@ -99,7 +119,7 @@ class History:
         if self.gesture:
             raise MapError("an edit is in progress", value=self.gesture, remedy="Finish or cancel it first")
         old = self._steps[self.position]
-        self._steps[self.position] = self._count(_Step(old.name, document))
+        self._steps[self.position] = self._count(_Step(old.name, document, old.number))
         self._forget(old)
         self._show(document)
 

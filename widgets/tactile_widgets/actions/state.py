@@ -52,7 +52,7 @@ class WindowState:
         edit_busy: Whether an edit is being computed.
         patches_selected: Whether patches are selected.
         tool: Current tool.
-        undo: Undo and redo of the steps that the tool makes.
+        undo: Undo and redo of edits.
         overlays: Settings of View > Overlay.
         light: Whether the light theme is used.
         bodies_hidden: Whether links or objects are hidden in the robot view.

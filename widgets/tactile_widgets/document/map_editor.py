@@ -111,6 +111,12 @@ class MapEditor(MapEditorSignals):
         return self._pending is not None
 
     @property
+    def unfinished(self) -> bool:
+        """True during a gesture, and while an edit that is no step yet is computed or proposed."""
+        computing = self._pending is not None and not self._pending.refine
+        return self.gesture or self.proposal is not None or computing
+
+    @property
     def gesture(self) -> bool:
         """True during a gesture."""
         return self._before is not None

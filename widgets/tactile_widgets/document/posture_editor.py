@@ -6,11 +6,14 @@ target is previewed during the gesture, and the robot is placed there when the g
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
+
 import numpy as np
 from PySide6.QtCore import QObject, Signal
 
 from tactile_maps.control.motion.joint_impedance import joint_limits
 from tactile_maps.core.arrays import FloatArray, readonly
+from tactile_maps.editing.history import next_step_number
 from tactile_maps.robots.model.robot import Robot
 from tactile_maps.session.frame import Frame
 from tactile_maps.session.prepare import PreparedScene
@@ -18,6 +21,14 @@ from tactile_maps.session.prepare import PreparedScene
 MOST_STEPS = 100
 _SAME = 1e-9
 """Joints closer than this to their target have reached it [rad, or m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Step:
+    name: str
+    before: FloatArray
+    after: FloatArray
+    number: int = field(default_factory=next_step_number)
 
 
 class PostureEditor(QObject):
@@ -59,7 +70,7 @@ class PostureEditor(QObject):
     def _forget(self, home: FloatArray) -> None:
         self.target = self.found = self._before = readonly(home)
         self.lower = self.upper = self.target
-        self._steps: list[tuple[str, FloatArray, FloatArray]] = []
+        self._steps: list[_Step] = []
         self._position = 0
         self.gesture = ""
 
@@ -104,9 +115,8 @@ class PostureEditor(QObject):
         """Return to the previous target, because the session rejected the last one."""
         if self._position:
             self._position -= 1
-            _, before, _ = self._steps[self._position]
+            self.target = self._steps[self._position].before
             del self._steps[self._position :]
-            self.target = before
         self.previewed.emit(None)
         self.changed.emit()
 
@@ -147,9 +157,9 @@ class PostureEditor(QObject):
     def _keep(self, name: str, *, continues: bool) -> None:
         kept = self._steps[: self._position]
         before = self._before
-        if continues and kept and kept[-1][0] == name:
-            before = kept.pop()[1]
-        self._steps = [*kept, (name, before, self.target)][-MOST_STEPS:]
+        if continues and kept and kept[-1].name == name:
+            before = kept.pop().before
+        self._steps = [*kept, _Step(name, before, self.target)][-MOST_STEPS:]
         self._position = len(self._steps)
 
     def cancel(self) -> bool:
@@ -180,30 +190,45 @@ class PostureEditor(QObject):
     @property
     def undo_name(self) -> str:
         """Name of the step that ``undo`` reverts; empty if there is none."""
-        return self._steps[self._position - 1][0] if self._position else ""
+        return self._steps[self._position - 1].name if self._position else ""
 
     @property
     def redo_name(self) -> str:
         """Name of the step that ``redo`` applies; empty if there is none."""
-        return self._steps[self._position][0] if self._position < len(self._steps) else ""
+        return self._steps[self._position].name if self._position < len(self._steps) else ""
+
+    @property
+    def undo_number(self) -> int:
+        """Number of the step that ``undo`` reverts; 0 without one."""
+        return self._steps[self._position - 1].number if self._position else 0
+
+    @property
+    def redo_number(self) -> int:
+        """Number of the step that ``redo`` applies; 0 without one."""
+        return self._steps[self._position].number if self._position < len(self._steps) else 0
+
+    @property
+    def unfinished(self) -> bool:
+        """Whether there is a gesture."""
+        return bool(self.gesture)
 
     def undo(self) -> None:
         """Return to the target before the last step; the robot moves or is placed there."""
         if self.cancel() or not self.can_undo:
             return
         self._position -= 1
-        name, before, _ = self._steps[self._position]
-        self._return_to(before)
-        self.notified.emit(f"Undone: {name}")
+        step = self._steps[self._position]
+        self._return_to(step.before)
+        self.notified.emit(f"Undone: {step.name}")
 
     def redo(self) -> None:
         """Apply the step that was undone last."""
         if not self.can_redo:
             return
-        name, _, after = self._steps[self._position]
+        step = self._steps[self._position]
         self._position += 1
-        self._return_to(after)
-        self.notified.emit(f"Redone: {name}")
+        self._return_to(step.after)
+        self.notified.emit(f"Redone: {step.name}")
 
     def _return_to(self, posture: FloatArray) -> None:
         self.target = posture

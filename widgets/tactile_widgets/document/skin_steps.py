@@ -5,6 +5,7 @@ from __future__ import annotations
 from PySide6.QtCore import QObject, Signal
 
 from tactile_maps.editing.document import MapDocument
+from tactile_maps.editing.history import next_step_number
 from tactile_maps.scene.scene import Scene
 from tactile_widgets.document.map_editor import MapEditor
 
@@ -35,6 +36,7 @@ class SkinSteps(QObject):
         self._editor = editor
         self._scenes: list[Scene] = []
         self._names: list[str] = []  # of the steps between two scenes
+        self._numbers: list[int] = []
         self._documents: list[MapDocument | None] = []  # at the time of the next step
         self._at = 0  # the scene that is shown
         self._requested = 0  # the scene that is shown once it is open
@@ -84,6 +86,16 @@ class SkinSteps(QObject):
         return self._names[max(self._at, self._requested) - 1] if self.can_undo else ""
 
     @property
+    def undo_number(self) -> int:
+        """Number of the step that ``undo`` reverts; 0 without one."""
+        return self._numbers[max(self._at, self._requested) - 1] if self.can_undo else 0
+
+    @property
+    def redo_number(self) -> int:
+        """Number of the step that ``redo`` repeats; 0 without one."""
+        return self._numbers[self._at] if self.can_redo else 0
+
+    @property
     def redo_name(self) -> str:
         """Name of the step that ``redo`` repeats; empty if there is none."""
         return self._names[self._at] if self.can_redo else ""
@@ -93,6 +105,7 @@ class SkinSteps(QObject):
         self.cancel()
         kept = self._scenes[: self._at + 1] if self._scenes else [before]
         self._names = [*self._names[: self._at], name]
+        self._numbers = [*self._numbers[: self._at], next_step_number()]
         self._documents = [*self._documents[: self._at], self._document]
         self._scenes = [*kept, after]
         self._request(len(kept), from_start=True)
@@ -137,6 +150,7 @@ class SkinSteps(QObject):
         if at is None:
             self._scenes = []
             self._names = []
+            self._numbers = []
             self._documents = []
         self._at = at or 0
         self._requested = self._at  # which may have failed to open

@@ -1,10 +1,10 @@
-"""Registry of the tools, one entry each. ``Tools`` creates them and manages the active tool and its undo."""
+"""Registry of the tools, one entry each. ``Tools`` creates them and manages the active tool, and undo of all edits."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Protocol, TypeVar
+from typing import TypeVar
 
 from PySide6.QtCore import QObject, Signal
 
@@ -21,6 +21,7 @@ from tactile_widgets.tools.map_editing.grid_tool import GridTool
 from tactile_widgets.tools.map_editing.interest_tool import InterestTool
 from tactile_widgets.tools.map_editing.pin_tool import PinTool
 from tactile_widgets.tools.map_editing.seam_tool import SeamTool
+from tactile_widgets.tools.undo import ControlUndo, MapUndo, Undoable, UndoInOrder
 from tactile_widgets.views.interaction.view_tool import ViewTool
 
 
@@ -149,128 +150,6 @@ TOOLS = (
 """All tools. Actions, keys, buttons and both views are created from these entries."""
 
 
-class Undoable(Protocol):
-    """Object whose last step can be undone."""
-
-    @property
-    def can_undo(self) -> bool:
-        """Whether there is a step to undo."""
-
-    @property
-    def can_redo(self) -> bool:
-        """Whether there is an undone step to redo."""
-
-    @property
-    def undo_name(self) -> str:
-        """Name of the step that ``undo`` reverts; empty if there is none."""
-
-    @property
-    def redo_name(self) -> str:
-        """Name of the step that ``redo`` repeats; empty if there is none."""
-
-    def undo(self) -> None:
-        """Undo the last step."""
-
-    def redo(self) -> None:
-        """Redo the last undone step."""
-
-
-class MapUndo:
-    """Undo of map edits and of the changes of the skin between them."""
-
-    def __init__(self, editor: MapEditor, skins: SkinSteps) -> None:
-        self._editor = editor
-        self._skins = skins
-
-    @property
-    def can_undo(self) -> bool:
-        """Whether there is a step to undo or an edit being computed."""
-        history = self._editor.history
-        editor = self._editor
-        return history is not None and editor.enabled and (history.can_undo or editor.busy or self._skins.can_undo)
-
-    @property
-    def can_redo(self) -> bool:
-        """Whether there is an undone step to redo."""
-        history = self._editor.history
-        return history is not None and self._editor.enabled and (history.can_redo or self._skins.can_redo)
-
-    @property
-    def undo_name(self) -> str:
-        """Name of the step that ``undo`` reverts."""
-        history = self._editor.history
-        if history is None or not history.position or self._skins.pending:
-            return self._skins.undo_name
-        return history.names[history.position]
-
-    @property
-    def redo_name(self) -> str:
-        """Name of the step that ``redo`` repeats."""
-        history = self._editor.history
-        if history is not None and history.can_redo:
-            return history.names[history.position + 1]
-        return self._skins.redo_name if self._skins.can_redo else ""
-
-    def undo(self) -> None:
-        """Undo the last map edit, or the last change of the skin; one that is being made is cancelled first."""
-        editor = self._editor
-        history = self._editor.history
-        if self._skins.pending and not editor.gesture:
-            self._skins.undo()
-        elif history is None or history.can_undo or editor.busy or editor.proposal is not None:
-            editor.undo()
-        else:
-            self._skins.undo()
-
-    def redo(self) -> None:
-        """Redo the last undone map edit, or change of the skin."""
-        history = self._editor.history
-        if history is None or history.can_redo:
-            self._editor.redo()
-        else:
-            self._skins.redo()
-
-
-class ControlUndo:
-    """Undo of path, target and force, and of the corners of a path while it is being drawn."""
-
-    def __init__(self, control: ControlSettingsEditor, path: PathTool) -> None:
-        self._control = control
-        self._path = path
-
-    @property
-    def can_undo(self) -> bool:
-        """Whether there is a corner, a gesture or a step to undo."""
-        control = self._control
-        return control.enabled and (self._path.drawing or bool(control.gesture or control.undo_name))
-
-    @property
-    def can_redo(self) -> bool:
-        """Whether there is an undone step to redo and no path is being drawn."""
-        return self._control.enabled and bool(self._control.redo_name) and not self._path.drawing
-
-    @property
-    def undo_name(self) -> str:
-        """Name of the step that ``undo`` reverts."""
-        return self._control.undo_name
-
-    @property
-    def redo_name(self) -> str:
-        """Name of the step that ``redo`` repeats."""
-        return self._control.redo_name
-
-    def undo(self) -> None:
-        """Remove the last corner of the path being drawn, or undo the last step."""
-        if self._path.drawing:
-            self._path.remove_last()
-        else:
-            self._control.undo()
-
-    def redo(self) -> None:
-        """Redo the last undone step."""
-        self._control.redo()
-
-
 T = TypeVar("T", bound=ViewTool)
 
 
@@ -305,8 +184,7 @@ class Tools(QObject):
         self._made = {spec.kind: spec.make(context) for spec in specs if spec.make is not None}
         path = self.get(PathTool)
         self.skin_steps = SkinSteps(editor, self)
-        self._map_undo = MapUndo(editor, self.skin_steps)
-        self._control_undo = ControlUndo(self.control, path)
+        self._undo = UndoInOrder(MapUndo(editor, self.skin_steps), ControlUndo(self.control, path), self.posture)
         for signal in (
             self.control.changed,
             path.drawn,
@@ -316,13 +194,16 @@ class Tools(QObject):
             self.skin_steps.changed,
             self.posture.changed,
         ):
-            signal.connect(self.undo_changed)
+            signal.connect(self._on_edited)
+
+    def _on_edited(self) -> None:
+        self._undo.note_edit()
+        self.undo_changed.emit()
 
     def take(self, kind: ToolKind) -> None:
         """Activate a tool."""
         self.active = kind
         self.changed.emit(kind)
-        self.undo_changed.emit()
 
     @property
     def view_tool(self) -> ViewTool | None:
@@ -331,12 +212,8 @@ class Tools(QObject):
 
     @property
     def undo_stack(self) -> Undoable:
-        """Undo stack of the active tool (controller settings, postures, or map and grids), or the lent one."""
-        if self._lent_undo is not None:
-            return self._lent_undo
-        if self.active == POSTURE:
-            return self.posture
-        return self._control_undo if self.active.controls else self._map_undo
+        """Undo of map, skin, controller settings and posture in the order of the edits, or the lent stack."""
+        return self._undo if self._lent_undo is None else self._lent_undo
 
     def lend_undo(self, stack: Undoable | None) -> None:
         """Let undo and redo use another stack; None restores the stack of the tools."""

@@ -15,7 +15,7 @@ from tactile_widgets.tools.registry import PATH
 from tests.widgets.support.map_view_driver import LEFT, NONE
 from tests.widgets.support.robot_view_driver import skin_pixel
 from tests.widgets.support.samples import middle_taxel
-from tests.widgets.support.window_driver import press_map, run
+from tests.widgets.support.window_driver import press_map, replay_run, run
 
 
 @pytest.fixture
@@ -126,24 +126,66 @@ def test_backspace_removes_a_corner_without_a_reset(window):
     assert window.live.runner.session.frame.time < 0.1
 
 
-@pytest.mark.long
-def test_undo_applies_to_the_path_or_the_map_depending_on_the_tool(window):
-    window.editor.do("Move", lambda document: move(document, [2], (0.01, 0.0)))
-    draw(window)
+def shift(window, name, metres):
+    assert window.editor.do(name, lambda document: move(document, [2], (metres, 0.0)))
+
+
+def test_undo_reverts_edits_in_their_order_whatever_tool_is_active(window):
     undo = window.action("undo")
+    redo = window.action("redo")
+    shift(window, "Move", 0.01)
+    draw(window)
+    shift(window, "Move again", 0.02)
+    turned = window.live.prepared.robot.home + 0.05
+    window.presenters.posture.editor.do("turn", turned)
+    window.action("poke").trigger()
+    assert undo.iconText() == "Undo turn"
+    undo.trigger()
+    assert np.allclose(window.presenters.posture.editor.target, window.live.prepared.robot.home)
+    assert undo.iconText() == "Undo move again"
+    undo.trigger()
+    assert window.editor.history.position == 1
     assert undo.iconText() == "Undo draw a path"
     QTest.keyClick(window.map_view, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
     assert settings(window).path == ()
-    assert window.editor.history.position == 1
-    assert "Undone: draw a path" in window.statusBar().currentMessage()
-    assert window.action("redo").iconText() == "Redo draw a path"
-    window.action("redo").trigger()
-    assert len(settings(window).path) == 3
-    window.action("poke").trigger()
+    assert window.statusBar().currentMessage() == "Undone: draw a path"
+    assert undo.iconText() == "Undo choose the path's shape"
+    undo.trigger()
     assert undo.iconText() == "Undo move"
     undo.trigger()
     assert window.editor.history.position == 0
+    assert not undo.isEnabled()
+    for name in ("move", "choose the path's shape", "draw a path", "move again", "turn"):
+        assert redo.iconText() == f"Redo {name}"
+        redo.trigger()
+    assert not redo.isEnabled()
+    assert window.editor.history.position == 2
     assert len(settings(window).path) == 3
+    assert np.allclose(window.presenters.posture.editor.target, turned)
+
+
+def test_new_edit_makes_undone_edits_of_other_tools_impossible_to_redo(window):
+    undo = window.action("undo")
+    redo = window.action("redo")
+    draw(window)
+    undo.trigger()
+    assert redo.isEnabled()
+    shift(window, "Move", 0.01)
+    assert not redo.isEnabled()
+    undo.trigger()
+    assert redo.iconText() == "Redo move"
+    redo.trigger()
+    assert settings(window).path == ()
+
+
+def test_path_that_was_drawn_before_a_replay_can_be_undone(window, tmp_path):
+    draw(window)
+    replay_run(window, tmp_path / "a.mcap", 0.1)
+    assert not window.action("undo").isEnabled()
+    window.live.replay.leave()
+    assert window.action("undo").iconText() == "Undo draw a path"
+    window.action("undo").trigger()
+    assert settings(window).path == ()
 
 
 def test_undo_does_not_restore_the_path_of_a_previous_session(window):
@@ -153,7 +195,7 @@ def test_undo_does_not_restore_the_path_of_a_previous_session(window):
     assert window.views.tool is PATH
     assert settings(window).path == ()
     assert window.live.prepared.skin is prepared.skin
-    assert window.presenters.control_tools.settings_editor.undo_name == ""
+    assert window.presenters.control_tools.settings_editor.steps.undo_name == ""
     assert "draw a path" not in window.action("undo").iconText()
 
 

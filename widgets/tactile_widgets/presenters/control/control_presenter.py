@@ -20,6 +20,7 @@ from tactile_widgets.common.mode import Mode
 from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.context.presenter import Presenter
 from tactile_widgets.panels.control.controller_panel import ControllerPanel
+from tactile_widgets.session.session_run import SessionRun
 from tactile_widgets.tools.control.control_tool import ForceHandle
 from tactile_widgets.tools.registry import Tools
 
@@ -37,6 +38,7 @@ class ControlToolsPresenter(Presenter):
         super().__init__(context, parent)
         self.settings_editor = tools.control
         self._tools = tools
+        self._run: SessionRun | None = None
         self._offered = False
         self._force = ForceHandle(tools.control)
         live = context.session
@@ -68,8 +70,11 @@ class ControlToolsPresenter(Presenter):
             self._notifier.say(f"{text} Another scene has a fixed knob:", remedies=[remedy])
 
     def _on_prepared_changed(self) -> None:
-        self._offered = False
-        self.settings_editor.forget_steps()
+        """Forget the steps of the previous session; a recording that is shown leaves those of the one behind it."""
+        if self._session.run is not self._run:
+            self._run = self._session.run
+            self._offered = False
+            self.settings_editor.forget_steps()
 
     def _choose_shape(self, kind: PathKind) -> None:
         """Choose the shape of the next and of the current path."""

@@ -6,13 +6,15 @@ the controller panel in the meantime.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, field, fields, replace
 from typing import Any, TypedDict, Unpack
 
 from PySide6.QtCore import QObject, Signal
 
 from tactile_maps.control.controller_registry import has_task
 from tactile_maps.control.motion.command import ControlSettings, TaskName
+from tactile_maps.editing.history import next_step_number
 from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.maps.paths import PathKind
 from tactile_widgets.tools.control.drawn_path import DrawnPath
@@ -38,11 +40,17 @@ class ControlStep:
         name: Name shown to the user, a verb.
         before: Previous values of the settings it changed.
         after: New values of the same settings.
+        number: Number of the step.
     """
 
     name: str
     before: dict[str, Any]
     after: dict[str, Any]
+    number: int = field(default_factory=next_step_number)
+
+
+def _values(settings: ControlSettings, names: Sequence[str]) -> dict[str, Any]:
+    return {name: getattr(settings, name) for name in names}
 
 
 class ControlUndoStack:
@@ -67,6 +75,16 @@ class ControlUndoStack:
         """Name of the step that ``redo`` repeats; empty if there is none."""
         return self._steps[self._position].name if self._position < len(self._steps) else ""
 
+    @property
+    def undo_number(self) -> int:
+        """Number of the step that ``undo`` reverts; 0 without one."""
+        return self._steps[self._position - 1].number if self._position else 0
+
+    @property
+    def redo_number(self) -> int:
+        """Number of the step that ``redo`` repeats; 0 without one."""
+        return self._steps[self._position].number if self._position < len(self._steps) else 0
+
     def done(self, name: str, before: ControlSettings, after: ControlSettings, *, extend: bool = False) -> None:
         """Add a step unless nothing changed; undone steps are discarded.
 
@@ -79,7 +97,7 @@ class ControlUndoStack:
         names = [f.name for f in fields(after) if getattr(before, f.name) != getattr(after, f.name)]
         if not names:
             return
-        step = ControlStep(name, *({known: getattr(each, known) for known in names} for each in (before, after)))
+        step = ControlStep(name, _values(before, names), _values(after, names))
         kept = self._steps[: self._position]
         if extend and kept and kept[-1].name == name and kept[-1].before.keys() == step.before.keys():
             step = replace(step, before=kept.pop().before)
@@ -118,6 +136,7 @@ class ControlSettingsEditor(QObject):
         map: Map on which the user draws; None before there is one.
         enabled: Whether a session runs whose arm can be controlled.
         gesture: Name of the current gesture; empty if there is none.
+        steps: Steps that can be undone or redone.
     """
 
     settings_requested = Signal(ControlSettings)
@@ -133,7 +152,7 @@ class ControlSettingsEditor(QObject):
         self.enabled = False
         self.gesture = ""
         self.map: TactileMap | None = None
-        self._undo_stack = ControlUndoStack()
+        self.steps = ControlUndoStack()
         self._before = ControlSettings()
 
     @property
@@ -142,16 +161,6 @@ class ControlSettingsEditor(QObject):
         settings = self.settings
         drawn = has_task(settings.controller) and settings.task == "follow_path" and len(settings.path) > 1
         return DrawnPath(settings.path_kind, settings.path) if drawn else None
-
-    @property
-    def undo_name(self) -> str:
-        """Name of the step that ``undo`` reverts; empty if there is none."""
-        return self._undo_stack.undo_name
-
-    @property
-    def redo_name(self) -> str:
-        """Name of the step that ``redo`` repeats; empty if there is none."""
-        return self._undo_stack.redo_name
 
     # State of the session.
 
@@ -163,13 +172,13 @@ class ControlSettingsEditor(QObject):
     def show_map(self, map_: TactileMap) -> None:
         """Set the map on which the user draws; another skin discards all undo steps."""
         if self.map is None or map_.skin is not self.map.skin:
-            self._undo_stack.reset()
+            self.steps.reset()
         self.map = map_
         self.changed.emit()
 
     def forget_steps(self) -> None:
         """Discard all undo steps, because another session has its own settings."""
-        self._undo_stack.reset()
+        self.steps.reset()
         self.changed.emit()
 
     def set_enabled(self, *, enabled: bool) -> None:
@@ -208,7 +217,7 @@ class ControlSettingsEditor(QObject):
         name = self.gesture
         self.gesture = ""
         if name:
-            self._undo_stack.done(name, self._before, self.settings, extend=extend)
+            self.steps.done(name, self._before, self.settings, extend=extend)
             self.changed.emit()
 
     def cancel(self) -> None:
@@ -230,16 +239,16 @@ class ControlSettingsEditor(QObject):
         if self.gesture:
             self.cancel()
             return
-        name = self.undo_name
+        name = self.steps.undo_name
         if name and self.enabled:
-            self._request(self._undo_stack.undo(self.settings))
-            self.notified.emit(f"Undone: {name}. With other tools, Undo reverts map edits")
+            self._request(self.steps.undo(self.settings))
+            self.notified.emit(f"Undone: {name}")
 
     def redo(self) -> None:
         """Redo the last undone step."""
-        name = self.redo_name
+        name = self.steps.redo_name
         if name and self.enabled and not self.gesture:
-            self._request(self._undo_stack.redo(self.settings))
+            self._request(self.steps.redo(self.settings))
             self.notified.emit(f"Redone: {name}")
 
     def _request(self, settings: ControlSettings) -> None:
