@@ -134,6 +134,8 @@ class StudyDialog(QDialog):
         )
         view.selectionModel().selectionChanged.connect(self._enable_replay)
         view.verticalHeader().setDefaultSectionSize(22)
+        # Centred in a wide column, a heading would be out of view while the values are not.
+        view.horizontalHeader().setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
         return view
 
     def _lay_out(self) -> None:
@@ -224,7 +226,7 @@ class StudyDialog(QDialog):
         if missing := sum(point.missing for point in self.points):
             parts.append(f"{counted(missing, 'row')} without a value")
         if pooled:
-            parts.append(f"points combine rows with different {', '.join(pooled)}: add conditions on these columns")
+            parts.append(f"Points combine rows with different {', '.join(pooled)}: add conditions on these columns")
         return ". ".join(parts) + "."
 
     def _point_text(self, point: TablePoint) -> str:

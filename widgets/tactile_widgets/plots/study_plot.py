@@ -27,12 +27,12 @@ from tactile_widgets.plots.traces.plot_canvas import PlotCanvas
 
 _APART = 0.08
 """Offset between points of two curves at one named value, as a share of the distance to the next value."""
-_LABELLED = 520
-"""Axis length that labels of named values share [px]; about its length in a new window."""
 _LABEL_GAP = 10
 """Gap between two labels [px]."""
 _THEORY_WIDTH = 0.6
 """Width of a theory line at a named value, as a share of the distance to the next value."""
+_PADDING = 0.06
+"""Space around the drawn values, as a share of their range."""
 _CAP = 5
 """Half the width of the caps of an interval [px]."""
 
@@ -69,6 +69,9 @@ class StudyPlot(QWidget):
         self._values: Mapping[Cell, int] | None = None
         self.canvas = PlotCanvas(self)
         self.canvas.setObjectName("study-canvas")
+        for side in ("bottom", "left"):
+            self.canvas.getAxis(side).enableAutoSIPrefix(False)  # columns have units of their own
+        self.canvas.getPlotItem().getViewBox().sigResized.connect(self._label_values)
         self._legend = CurveLegend(self)
         column_layout(self.canvas, self._legend, parent=self, spacing=STYLE_SPACING, stretch=self.canvas)
         self._draw()
@@ -113,7 +116,6 @@ class StudyPlot(QWidget):
             self.canvas.getAxis(side).setLabel(name, color=theme.quiet, **{"font-size": "11px"})
         self.canvas.colour_axes(theme)
         plot.showGrid(x=True, y=True, alpha=0.4)
-        self._label_values()
         for order, series in enumerate(self._series):
             self._draw_series([point for point in self._points if point.series == series], order)
         if self._marked is not None and (at := self.place(self._marked)) is not None:
@@ -124,18 +126,46 @@ class StudyPlot(QWidget):
         ]
         entries += zip(LINE_STYLES, (one.name for one in self._theory), strict=False)
         self._legend.show_entries(entries, theme)
-        plot.autoRange(padding=0.08)
+        self._show_all()
+        self._label_values()
         self.canvas.setAccessibleName(f"{self._names[1]} against {self._names[0]}")
 
+    def _show_all(self) -> None:
+        """Show all values and intervals; an axis of positive values begins at zero."""
+        drawn = [(point, at) for point in self._points if (at := self.place(point)) is not None]
+        if not drawn:
+            return
+        x = [at[0] for _, at in drawn]
+        y = [at[1] for _, at in drawn]
+        for point, _ in drawn:
+            predicted = [value for one in self._theory if (value := point.predicted(one.column)) is not None]
+            y += filter(math.isfinite, (point.interval.low, point.interval.high, *predicted))
+        left, right = (min(x), max(x)) if self._values is None else (-0.5, len(self._values) - 0.5)
+        low = min(*y, 0.0)
+        high = max(*y, low)
+        plot = self.canvas.getPlotItem()
+        plot.setXRange(left, right, padding=_PADDING if right > left else None)
+        plot.setYRange(low, high if high > low else low + 1.0, padding=_PADDING)
+
     def _label_values(self) -> None:
-        places = None
-        if self._values is not None:
-            texts = [(place, cell_text(cell)) for cell, place in self._values.items()]
-            measure = QFontMetrics(self.canvas.small).horizontalAdvance
-            widest = max((measure(text) for _, text in texts), default=0) + _LABEL_GAP
-            every = math.ceil(len(texts) * widest / _LABELLED)
-            places = [[(place, text) for place, text in texts if place % max(every, 1) == 0]]
-        self.canvas.getAxis("bottom").setTicks(places)
+        """Label named values as densely as the axis has room, from the left."""
+        if self._values is None:
+            self.canvas.getAxis("bottom").setTicks(None)
+            return
+        box = self.canvas.getPlotItem().getViewBox()
+        first, last = box.viewRange()[0]
+        pixels = box.width() / (last - first)
+        measure = QFontMetrics(self.canvas.small).horizontalAdvance
+        ticks = list[tuple[int, str]]()
+        free = 0.0
+        for cell, place in self._values.items():
+            text = cell_text(cell)
+            half = measure(text) / 2
+            middle = (place - first) * pixels
+            if middle - half >= free and middle + half <= box.width():
+                ticks.append((place, text))
+                free = middle + half + _LABEL_GAP
+        self.canvas.getAxis("bottom").setTicks([ticks])
 
     def _draw_series(self, points: Sequence[TablePoint], order: int) -> None:
         plot = self.canvas.getPlotItem()

@@ -55,7 +55,7 @@ def test_chart_names_the_median_and_missing_columns(window_again):
     window_again.presenters.studies.open(str(PATHS))
     dialog = shown(window_again)
     assert "most of their seeds fail" in dialog.note.text()
-    assert "points combine rows with different" in dialog.note.text()
+    assert "Points combine rows with different" in dialog.note.text()
     dialog.only.setText("colour=red")
     dialog.only.editingFinished.emit()
     assert "invalid condition" in dialog.note.text()
