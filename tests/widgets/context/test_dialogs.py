@@ -7,13 +7,13 @@ from pathlib import Path
 import pytest
 from PySide6.QtWidgets import QWidget
 
-from tactile_widgets.common.file_dialogs import FileDialog
+from tactile_widgets.common.file_dialogs import RECORDING_FILTER, FileDialog
 from tactile_widgets.common.settings import Settings
 from tactile_widgets.dialogs.dialogs import Dialogs
 
 
 @pytest.fixture
-def dialogs(qtbot, tmp_path) -> Dialogs:
+def dialogs(qtbot, tmp_path, own_files) -> Dialogs:
     parent = QWidget()
     qtbot.addWidget(parent)
     return Dialogs(parent, Settings(tmp_path / "settings.ini"))
@@ -49,7 +49,7 @@ def test_folder_is_remembered_by_kind_and_name_by_default_name(dialogs, tmp_path
     monkeypatch.setattr(FileDialog, "open_file", lambda _parent, _title, start, _kinds: shown.append(start) or "")
     dialogs.open_file("Open map", "Tactile maps (*.npz *.obj)")
     dialogs.open_file("Open recording", "Recordings (*.mcap)")
-    assert shown == [str(folder), ""]
+    assert shown == [str(folder), str(tmp_path)]
     dialogs.save_file("Save map", "arm.npz", "Tactile maps (*.npz)")
     dialogs.save_file("Save map", "icub.npz", "Tactile maps (*.npz)")
     assert opened[1:] == [str(folder / "left.npz"), str(folder / "icub.npz")]
@@ -79,3 +79,25 @@ def test_folder_and_name_of_a_save_are_remembered_once_it_succeeded(dialogs, tmp
     dialogs.remember_saved()
     dialogs.save_file("Save map", "arm.npz", "Tactile maps (*.npz)")
     assert opened[4] == str(failed / "new.npz")
+
+
+def test_first_dialogs_open_in_the_folder_of_recordings_of_the_document_or_of_documents(dialogs, tmp_path, monkeypatch):
+    """A folder that does not exist yet is replaced by the nearest one that does."""
+    shown = []
+    for method in ("open_file", "choose_folder", "save_file"):
+        monkeypatch.setattr(FileDialog, method, lambda _parent, _title, start, *_kinds: shown.append(start) or "")
+
+    def starts():
+        shown.clear()
+        dialogs.open_file("Open recording", RECORDING_FILTER)
+        dialogs.open_folder("Recordings")
+        dialogs.open_file("Open map", "Tactile maps (*.npz)")
+        dialogs.save_file("Save map", "arm.npz", "Tactile maps (*.npz)")
+        return shown
+
+    assert starts() == [str(tmp_path)] * 3 + [str(tmp_path / "arm.npz")]
+    (tmp_path / "recordings").mkdir()
+    (tmp_path / "work").mkdir()
+    dialogs.document = lambda: tmp_path / "work" / "scene.toml"
+    recordings = str(tmp_path / "recordings")
+    assert starts() == [recordings, recordings, str(tmp_path / "work"), str(tmp_path / "work" / "arm.npz")]

@@ -134,7 +134,7 @@ def test_folder_of_a_file_is_remembered_once_it_was_used(new_window, scene_cache
             run(window, 0.01)
             close_dialogs()
             found.append(chooser.opened[-1])
-        assert found == [Path(), Path(), good], case
+        assert found == [tmp_path, tmp_path, good], case
         window.live.connection.close()
         window.live.replay.leave()
         window.live.show_prepared(prepared)
@@ -164,10 +164,10 @@ def test_files_of_a_connection_share_no_folder(new_window, chooser, good, tmp_pa
         return chooser.opened[-1]
 
     for word, path in chosen.items():
-        assert choose(word, path) == Path()
+        assert choose(word, path) == tmp_path
     dialog.go.click()
     assert dialog.isVisible()
-    assert choose("calibration", "") == Path()
+    assert choose("calibration", "") == tmp_path
     chosen["calibration"].write_text("gain = 2.0\n")
     dialog.go.click()
     assert not dialog.isVisible(), dialog.problem.text()

@@ -197,6 +197,11 @@ class Settings:
         return Path(self.preferences.recordings or usual_recordings_folder())
 
     @property
+    def documents_folder(self) -> Path:
+        """Folder of the user's documents."""
+        return usual_recordings_folder().parent
+
+    @property
     def preferences(self) -> Preferences:
         """Choices of the dialog Preferences; unknown values are ignored."""
         store = self._store

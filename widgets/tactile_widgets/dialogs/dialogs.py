@@ -10,12 +10,14 @@ from pathlib import Path
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QInputDialog, QMessageBox, QWidget
 
-from tactile_widgets.common.file_dialogs import FileDialog
+from tactile_widgets.common.file_dialogs import RECORDING_FILTER, FileDialog
 from tactile_widgets.common.make import DELETED_ON_CLOSE, make
 from tactile_widgets.common.settings import Settings
 
 Button = QMessageBox.StandardButton
 
+FOLDERS_OF_RECORDINGS = ("Recordings", "Folder of recordings", "Save episodes")
+"""Titles of dialogs for a folder of recordings."""
 _State = tuple[int, int, int]
 
 
@@ -33,17 +35,24 @@ class _ChosenFile:
 class Dialogs:
     """Dialogs of a window. A file dialog opens in the folder of the last file of its kind.
 
+    The first dialog for recordings opens in the folder of recordings, any other first one in the folder of the document
+    or, without one, in the user's documents.
+
     Folder and name of a file to save are stored once the file is written, which may be in the background. The folder
     of a file to read is stored once the caller reports with ``remember_opened`` that the file could be used.
 
     Args:
         parent: The window.
         settings: Stores folders by kind of file, and names.
+
+    Attributes:
+        document: Returns the file of the document or recording that is shown; None if there is none.
     """
 
     def __init__(self, parent: QWidget, settings: Settings) -> None:
         self._parent = parent
         self._settings = settings
+        self.document: Callable[[], Path | None] = lambda: None
         self._shown: dict[str, QMessageBox] = {}
         self._saving: list[_ChosenFile] = []
         self._opening: dict[str, tuple[str, str]] = {}
@@ -116,7 +125,16 @@ class Dialogs:
     def _folder(self, title: str, kinds: str) -> str:
         self.remember_saved()
         found = (self._settings.folder(key) for key in (_kind(title, kinds), title))
-        return next((folder for folder in found if folder and Path(folder).is_dir()), "")
+        known = next((folder for folder in found if folder and Path(folder).is_dir()), "")
+        return known or str(self._first_folder(title, kinds))
+
+    def _first_folder(self, title: str, kinds: str) -> Path:
+        document = self.document()
+        if kinds == RECORDING_FILTER or title in FOLDERS_OF_RECORDINGS:
+            folder = self._settings.recordings_folder
+        else:
+            folder = self._settings.documents_folder if document is None else document.absolute().parent
+        return next((one for one in (folder, *folder.parents) if os.path.isdir(one)), Path())
 
     def ask(
         self, name: str, title: str, text: str, buttons: Button, then: Callable[[Button], None], *, default: Button

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 from PySide6.QtWidgets import QLabel, QPushButton
 
@@ -44,12 +46,13 @@ def test_weight_calibrates_and_can_be_undone(window, tmp_path, monkeypatch):
     send(5.0, 30.0)
     assert "gains ×" in state.text()
     opened = []
-    path = str(tmp_path / "gains.csv")
+    (tmp_path / "chosen").mkdir()
+    path = str(tmp_path / "chosen" / "gains.csv")
     monkeypatch.setattr(FileDialog, "save_file", lambda _parent, _title, start, _kinds: opened.append(start) or path)
     dialog.save.click()
     dialog.save.click()
-    assert opened == ["gains.csv", path], "the folder is remembered"
-    assert len((tmp_path / "gains.csv").read_text().splitlines()) == taxels + 1
+    assert opened == [str(tmp_path / "gains.csv"), path], "the folder is remembered"
+    assert len(Path(path).read_text().splitlines()) == taxels + 1
     dialog.undo.click()
     assert "Not calibrated" in state.text()
     assert not dialog.save.isEnabled()

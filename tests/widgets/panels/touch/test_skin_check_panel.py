@@ -91,14 +91,15 @@ def test_parts_are_highlighted_until_they_respond_and_the_result_is_listed_and_s
     assert window.live.live_input.facts()[0].tared
     assert dead in selection.taxels
     assert panel.minimumSizeHint().width() <= COLUMN_WIDTH - 8
-    report = tmp_path / "skin.html"
+    (tmp_path / "chosen").mkdir()
+    report = tmp_path / "chosen" / "skin.html"
     opened = []
     monkeypatch.setattr(
         FileDialog, "save_file", lambda _parent, _title, start, _kinds: opened.append(start) or str(report)
     )
     press(panel, "save")
     press(panel, "save")
-    assert opened == ["skin check.html", str(report)], "the folder is remembered"
+    assert opened == [str(tmp_path / "skin check.html"), str(report)], "the folder is remembered"
     assert "1 dead" in report.read_text(encoding="utf8")
     assert np.array_equal(selection.taxels, np.sort(selection.taxels))
 

@@ -242,7 +242,7 @@ def test_file_dialog_opens_in_the_folder_of_the_last_file_that_could_be_opened(w
     )
     for name in ("open_study", "open_study", "open_study", "open_scene"):
         window.action(name).trigger()
-    assert folders == ["", "", str(good.parent), ""], "each kind has its own"
+    assert folders == [str(tmp_path), str(tmp_path), str(good.parent), str(tmp_path)], "each kind has its own"
     for dialog in window.findChildren(StudyDialog):
         dialog.close()
 

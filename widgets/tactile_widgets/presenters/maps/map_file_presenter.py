@@ -186,6 +186,7 @@ class MapFilePresenter(Presenter):
         scene_file.saved.connect(self._on_scene_saved)
         context.session.replay.player_changed.connect(self._offer)
         context.session.replay.taken_over.connect(self._on_taken_over)
+        context.dialogs.document = self._shown_file
         context.actions.bind(
             open_map=self.choose_open,
             save=self._save_applied,
@@ -250,6 +251,11 @@ class MapFilePresenter(Presenter):
     def path(self) -> Path | None:
         """File of the map; None until it is saved or opened."""
         return None if self._file is None else self._file.path
+
+    def _shown_file(self) -> Path | None:
+        """Return the recording that is shown, or the file of the document."""
+        player = self._session.replay.player
+        return player.path if player is not None else self._scene.path or self.path
 
     @property
     def name(self) -> str:
