@@ -39,12 +39,12 @@ def row(chooser, words):
     return next(item for item in chooser.list.findItems(words, Qt.MatchFlag.MatchExactly) if item.data(256))
 
 
-def toggle(chooser, words):
-    """Click the check box of a plot."""
+def toggle(chooser, words, *, on_text=False):
+    """Click the check box of a plot, or its text."""
     item = row(chooser, words)
     chooser.list.scrollToItem(item)
     box = chooser.list.visualItemRect(item)
-    left_click(chooser.list.viewport(), QPoint(box.left() + 10, box.center().y()))
+    left_click(chooser.list.viewport(), QPoint(box.left() + (60 if on_text else 10), box.center().y()))
 
 
 def test_plot_is_found_by_letters_and_shown(window):
@@ -66,6 +66,22 @@ def test_plot_is_found_by_letters_and_shown(window):
     assert "taxel:17" not in window.plots.shown
     again = PlotChoice.from_text(Settings(Path(window.settings._store.fileName())).plots)
     assert again == window.plots.choice, "kept at once"
+
+
+def test_click_on_the_text_of_a_plot_shows_or_hides_it_once(window):
+    window.action("choose_plots").trigger()
+    chooser = window.presenters.plots.chooser
+    name = window.live.prepared.robot.joints[2].name.replace("_", " ")
+    key = PlotKey(PlotKind.JOINT, name.replace(" ", "_")).text
+    for on_text, shown in ((True, True), (False, False), (False, True), (True, False)):
+        toggle(chooser, f"Joint {name}", on_text=on_text)
+        assert (key in window.plots.shown) == shown
+        assert (row(chooser, f"Joint {name}").checkState() is Qt.CheckState.Checked) == shown
+    before = window.plots.shown
+    (heading,) = chooser.list.findItems("Joints", Qt.MatchFlag.MatchExactly)
+    chooser.list.scrollToItem(heading)
+    left_click(chooser.list.viewport(), chooser.list.visualItemRect(heading).center())
+    assert window.plots.shown == before
 
 
 def plot_menu(window, key):

@@ -37,6 +37,7 @@ class PlotChooser(QDialog):
         self._find_taxels = find_taxels
         self._groups = tuple[PlotGroup, ...]()
         self._shown: frozenset[PlotKey] = frozenset()
+        self._pressed: Qt.CheckState | None = None
         self.automatic = make(
             QCheckBox,
             "Standard plots follow the controller",
@@ -60,6 +61,8 @@ class PlotChooser(QDialog):
             frameShape=QListWidget.Shape.NoFrame,
             horizontalScrollBarPolicy=Qt.ScrollBarPolicy.ScrollBarAlwaysOff,
             itemChanged=self._on_item_changed,
+            itemPressed=self._on_item_pressed,
+            itemClicked=self._on_item_clicked,
         )
         self.list.viewport().setBackgroundRole(QPalette.ColorRole.Window)  # unchecked boxes have the colour of a list
         note = caption_label(self, text="Drag a plot to move it, double-click to enlarge it, right-click for more.")
@@ -115,3 +118,15 @@ class PlotChooser(QDialog):
         key = PlotKey.parse(str(item.data(_KEY)))
         if key is not None:
             self.toggled.emit(key, item.checkState() is Qt.CheckState.Checked)
+
+    def _on_item_pressed(self, item: QListWidgetItem) -> None:
+        self._pressed = item.checkState()
+
+    def _on_item_clicked(self, item: QListWidgetItem | None) -> None:
+        """Check or uncheck an entry by a click on its text; a click on its box has done that already.
+
+        There is no entry where the click on the box filled the list again.
+        """
+        if item is not None and item.data(_KEY) and item.checkState() is self._pressed:
+            checked = item.checkState() is Qt.CheckState.Checked
+            item.setCheckState(Qt.CheckState.Unchecked if checked else Qt.CheckState.Checked)
