@@ -6,7 +6,7 @@ import pickle
 from functools import partial
 
 import pytest
-from PySide6.QtWidgets import QApplication, QMessageBox
+from PySide6.QtWidgets import QApplication, QLabel, QMessageBox
 
 from tactile_maps.editing.arrange import move
 from tactile_maps.editing.document_file import load_document
@@ -360,6 +360,17 @@ def choosing(window, tmp_path):
     assert unsaved(window) == (), "nothing is chosen yet"
     yield window
     window.live.scene_jobs.executor.hold = False
+
+
+def test_panel_names_the_robot_that_is_not_open_until_it_shows_another_skin(choosing):
+    panel = panel_of(choosing)
+    name = panel.findChild(QLabel, "skin-robot")
+    panel.show_counts({"left": 20, "right": 30}, {})
+    assert "50 taxels" in panel.note.text()
+    assert name.isVisible()
+    assert name.text() == "Skin of rods, which is not open yet"
+    click(choosing, "skin-revert")
+    assert not name.isVisible()
 
 
 def test_choice_for_a_robot_that_is_not_open_is_asked_about(choosing):

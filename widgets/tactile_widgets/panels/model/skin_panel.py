@@ -66,6 +66,7 @@ class SkinChoice:
         counts: Number of taxels of each link with skin.
         bare: Reasons why links of the cover have no taxels.
         note: Text about where the taxels come from; may be empty.
+        of: Name of the robot where it is not the one that is shown.
         apply: Text of the button that applies another choice.
         applicable: Whether the choice can be applied without a change.
     """
@@ -74,6 +75,7 @@ class SkinChoice:
     counts: Mapping[str, int] = field(default_factory=dict)
     bare: Mapping[str, str] = field(default_factory=dict)
     note: str = ""
+    of: str = ""
     apply: str = "Apply"
     applicable: bool = False
 
@@ -100,6 +102,8 @@ class SkinPanel(Panel):
         self._content = content = QWidget(self)
         self.column.addWidget(content)
         self._closed = caption_label(content, "skin-refusal")
+        self._of = caption_label(content, "skin-robot")
+        self._of.hide()
         self.tree = LinkTree(content)
         self.tree.links_changed.connect(self._on_edited)
         self.tree.became_visible.connect(self._request_links)
@@ -116,7 +120,7 @@ class SkinPanel(Panel):
         self.bare.hide()
         buttons = row_layout(self.apply, self.revert, None)
         ends = (self.dense, self.note, buttons, self.bare)
-        column_layout(self._closed, self.tree, amount, *rows, *ends, parent=content)
+        column_layout(self._of, self._closed, self.tree, amount, *rows, *ends, parent=content)
         self._closed.hide()
         content.hide()
 
@@ -155,6 +159,7 @@ class SkinPanel(Panel):
         self._shown = choice
         self._empty.hide()
         self._content.show()
+        show_text(self._of, choice.of and f"Skin of {choice.of}, which is not open yet")
         self.apply.setText(choice.apply)
         if not same_robot:
             self._needed = True

@@ -130,8 +130,8 @@ class SkinPresenter(Presenter):
         self._robot = None
         self._map_files.note_unopened(None)
         self._display.set_preview(None)
-        note = f"The skin of {Path(plan.scene.robot).stem}, which is not open yet."
-        self._panel.show_choice(SkinChoice(cover, note=note, apply="Open", applicable=True))
+        name = Path(plan.scene.robot).stem
+        self._panel.show_choice(SkinChoice(cover, of=name, apply="Open", applicable=True))
         self._on_refusal_changed()
 
     # The shown skin.
