@@ -108,7 +108,7 @@ class MeasuredController:
         """
         check_controllable(frame, facts)
         if self.settings.controller == "impedance":
-            remedy = "Choose another controller, such as hold_force or hybrid"
+            remedy = "Choose another controller, such as Hold force or Hybrid"
             raise LiveError("impedance control has no desired motion", place="controller", remedy=remedy)
         strongest = strongest_force(frame)
         step = None if self._before is None else frame.time - self._before[0]
