@@ -89,6 +89,12 @@ def press(panel):
     left_click(panel.findChild(QPushButton, "motion-send"))
 
 
+def settle():
+    """Lay out labels that wrap, each level of the layout in its own pass."""
+    for _ in range(4):
+        QApplication.processEvents()
+
+
 def test_motion_is_sent_only_once_armed_and_is_disarmed_by_each_end(panel, driver, window_again):
     panel.findChild(QLineEdit, "motion-address").setText(f"udp://127.0.0.1:{driver.getsockname()[1]}")
     choose(panel, "Hold force")
@@ -136,10 +142,10 @@ def test_requested_motion_is_shown_without_being_sent(panel, driver):
 def test_switch_does_not_move_when_it_is_armed(panel):
     switch, armed = (panel.findChild(QPushButton, f"motion-{name}") for name in ("send", "arm"))
     armed.setStyleSheet("min-width: 0")  # the width of the text, as in the theme
-    QApplication.processEvents()
+    settle()
     before = switch.geometry()
     left_click(armed)
-    QApplication.processEvents()
+    settle()
     assert armed.isChecked()
     assert switch.geometry() == before
     armed.setStyleSheet("")
@@ -156,8 +162,7 @@ def test_buttons_do_not_move_while_texts_come_and_go(panel, driver, window_again
     assert "no desired motion" in notes.text()
 
     def place():
-        for _ in range(4):  # layouts settle in their own time
-            QApplication.processEvents()
+        settle()
         return armed.mapTo(window_again, armed.rect().topLeft())
 
     place()
