@@ -14,7 +14,7 @@ from PySide6.QtWidgets import QApplication, QLabel, QToolButton
 import tactile_widgets
 from tactile_widgets.context.notification_bar import READ_SECONDS
 from tests.widgets.support.mouse import left_click, left_release
-from tests.widgets.support.window_driver import cancel, press_map, run
+from tests.widgets.support.window_driver import cancel, press_map, record_run, run
 
 
 @pytest.fixture
@@ -86,6 +86,21 @@ def test_information_with_an_action_leaves_for_others_before_failures_do(window)
         window.notifier.fault(f"{name}.npz cannot be read")
     expected = ["a.npz cannot be read", "e.npz cannot be read", "f.npz cannot be read"]
     assert [message.text for message in window.notification_bar.messages] == expected
+
+
+def test_actions_of_messages_leave_with_the_document_they_act_on(window, tmp_path, prepared):
+    bar = window.notification_bar
+    window.presenters.map_files._save(tmp_path / "own.npz")
+    assert bar.findChild(QToolButton, "message-remedy").text() == "Save scene as"
+    window.live.show_prepared(prepared)
+    assert bar.messages == ()
+    window.presenters.map_files._save(tmp_path / "own.npz")
+    record_run(window, tmp_path / "a.mcap", 0.1)
+    assert len(bar.messages) == 2
+    window.live.open_recording(tmp_path / "a.mcap")
+    assert [message.text for message in bar.messages] == [f"Saved {tmp_path / 'a.mcap'}"], "it replays a file"
+    window.live.replay.leave()
+    assert len(bar.messages) == 1
 
 
 def test_messages_are_a_stack_of_three_that_keeps_failures(window):

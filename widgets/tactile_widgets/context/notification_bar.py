@@ -87,6 +87,7 @@ class Message:
         pending: Whether the message must still be shown, for example because its remedies help only now; None if it
             must be as long as one of its remedies is possible.
         warning: Whether the message is about a doubtful result, which the same operation may correct.
+        lasting: Whether its actions do not act on what the window shows, so that it remains when that changes.
     """
 
     text: str
@@ -97,6 +98,12 @@ class Message:
     kept: bool = False
     pending: Callable[[], bool] | None = None
     warning: bool = False
+    lasting: bool = False
+
+    @property
+    def outdated(self) -> bool:
+        """Whether the message is about what was shown before: failures, warnings, and actions that act on it."""
+        return self.fault or self.warning or (bool(self.remedies) and not (self.lasting or self.kept))
 
     @property
     def informs(self) -> bool:
@@ -166,8 +173,8 @@ class MessageStack(FloatingBar):
     """Shows the newest messages at the lower right of its parent, the newest at the bottom.
 
     Information leaves after ``READ_SECONDS`` unless the pointer is over it, it is pending, or an action that it offers
-    is possible. Failures and warnings leave when their operation succeeds, or with ``forget_faults``. The oldest
-    message leaves for a fourth one, information first.
+    is possible. Failures and warnings leave when their operation succeeds. ``drop_outdated`` removes them and messages
+    with actions when something else is shown. The oldest message leaves for a fourth one, information first.
 
     Args:
         theme: Colours.
@@ -223,9 +230,9 @@ class MessageStack(FloatingBar):
         """Remove the failures and warnings of an operation, which succeeded now."""
         self._remove(lambda message: (message.fault or message.warning) and message.of == of)
 
-    def forget_faults(self) -> None:
-        """Remove all failures and warnings, because they are outdated."""
-        self._remove(lambda message: message.fault or message.warning)
+    def drop_outdated(self) -> None:
+        """Remove the messages about what was shown before; see ``Message.outdated``."""
+        self._remove(lambda message: message.outdated)
 
     def withdraw(self) -> None:
         """Remove the messages that are kept."""

@@ -65,9 +65,11 @@ class Notifier(QObject):
         of: str = "",
         pending: Callable[[], bool] | None = None,
         warning: bool = False,
+        lasting: bool = False,
     ) -> None:
         """Show a message over the views; see ``Message``."""
-        self._messages.show_message(Message(text, fault, remedies, dismiss, of, pending=pending, warning=warning))
+        message = Message(text, fault, remedies, dismiss, of, pending=pending, warning=warning, lasting=lasting)
+        self._messages.show_message(message)
         self.message_shown.emit(text, fault)
 
     def offer(self, text: str, *, remedies: Sequence[QAction], dismiss: str) -> None:
@@ -83,9 +85,9 @@ class Notifier(QObject):
         """Hide the failures of an operation that succeeded; the list of messages keeps them."""
         self._messages.succeed(of)
 
-    def forget_faults(self) -> None:
-        """Hide all failures, which are outdated; the list of messages keeps them."""
-        self._messages.forget_faults()
+    def drop_outdated(self) -> None:
+        """Hide messages about what was shown before, because something else is; the list of messages keeps them."""
+        self._messages.drop_outdated()
 
     def fault(self, text: str, *, of: str = "") -> None:
         """Show that an operation failed; the message is shown until the operation succeeds."""

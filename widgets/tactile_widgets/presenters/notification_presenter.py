@@ -57,7 +57,7 @@ class NotificationPresenter(Presenter):
     def _on_saved(self, path: str) -> None:
         self._saved = path
         remedies = [self._context.actions[name] for name in ("replay_saved", "show_saved")]
-        self._notifier.say(f"Saved {path}", remedies=remedies, of="record")
+        self._notifier.say(f"Saved {path}", remedies=remedies, of="record", lasting=True)
         self._notifier.status(f"Saved {path}", _SAVED_MS)  # a second message may replace the first
         self._context.settings.add_recent(path)
 
@@ -85,7 +85,7 @@ class NotificationPresenter(Presenter):
             self._notifier.succeed("run")
 
     def _on_prepared_changed(self, prepared: PreparedScene) -> None:
-        self._notifier.forget_faults()
+        self._notifier.drop_outdated()
         missing = [finding for finding in prepared.robot.findings if finding.kind == "missing-mesh"]
         if missing:
             files = f"{len(missing)} meshes of the robot are" if len(missing) > 1 else "A mesh of the robot is"

@@ -118,7 +118,7 @@ class SkinPresenter(Presenter):
             amount = "taxels" if plan.taxels is None else f"{plan.taxels:,} taxels"
             text = f"{Path(plan.scene.robot).stem}: {amount} on {_listed(plan.links)}"
             choose = self._context.actions["choose_links"]
-            self._notifier.say(text, remedies=[choose], pending=lambda: self._plan is plan)
+            self._notifier.say(text, remedies=[choose], pending=lambda: self._plan is plan, lasting=True)
 
     def _on_loading_ended(self) -> None:
         self._plan = None
