@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import pickle
 import time
 from pathlib import Path
 
@@ -92,9 +93,9 @@ def test_actions_of_messages_leave_with_the_document_they_act_on(window, tmp_pat
     bar = window.notification_bar
     window.presenters.map_files._save(tmp_path / "own.npz")
     assert bar.findChild(QToolButton, "message-remedy").text() == "Save scene as"
-    window.live.show_prepared(prepared)
+    window.live.show_prepared(pickle.loads(pickle.dumps(prepared)))
     assert bar.messages == ()
-    window.presenters.map_files._save(tmp_path / "own.npz")
+    window.presenters.map_files._save(tmp_path / "other.npz")
     record_run(window, tmp_path / "a.mcap", 0.1)
     assert len(bar.messages) == 2
     window.live.open_recording(tmp_path / "a.mcap")
