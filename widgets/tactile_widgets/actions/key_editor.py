@@ -26,7 +26,7 @@ def pressed_key(event: QKeyEvent) -> str:
     sign = event.text()
     if len(sign) == 1 and sign.isprintable() and not sign.isalnum() and not sign.isspace() and key.value == ord(sign):
         held &= ~Qt.KeyboardModifier.ShiftModifier
-    return QKeySequence(held.value | key.value).toString(QKeySequence.SequenceFormat.PortableText)
+    return QKeySequence(held | key).toString(QKeySequence.SequenceFormat.PortableText)
 
 
 class KeyField(QLineEdit):

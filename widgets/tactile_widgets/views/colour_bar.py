@@ -156,7 +156,7 @@ class ColourBar(QWidget):
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Up and Down choose the next maximum of the menu, Space types one, Escape stops typing."""
-        key = Qt.Key(event.key())
+        key = event.key()
         now = self._scale.maximum
         if key == Qt.Key.Key_Space:
             self.edit()
