@@ -24,8 +24,8 @@ from tactile_maps.session.prepare import PreparedScene
 from tactile_maps.session.session import Session
 from tests.support.touch import bar, bar_map, bar_skin
 
-SHORT = 300
-LONG = 780
+SHORT = 200
+LONG = 600
 TAXELS = 1000
 SHARE = 0.1
 """Bytes of memory per additional byte of recording. Locations take 32 bytes a frame, of about 8,000 in the file."""
