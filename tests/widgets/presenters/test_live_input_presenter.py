@@ -18,6 +18,14 @@ from tests.widgets.support.mouse import left_release
 from tests.widgets.support.window_driver import answer, press_map, run
 
 
+@pytest.fixture(scope="module")
+def known_dialog(visible_window):
+    """The shared window has made its dialog, which it keeps."""
+    (window,), _ = visible_window
+    window.action("connect").trigger()
+    window.presenters.live_input.dialog.reject()
+
+
 @pytest.mark.long
 def test_dialog_connects_a_source(window, tmp_path):
     window.action("connect").trigger()
@@ -33,9 +41,10 @@ def test_dialog_connects_a_source(window, tmp_path):
     assert window.live.live_input is None
 
 
-def test_token_is_made_and_copied(window):
-    window.action("connect").trigger()
-    dialog = window.presenters.live_input.dialog
+@pytest.mark.usefixtures("known_dialog")
+def test_token_is_made_and_copied(window_again):
+    window_again.action("connect").trigger()
+    dialog = window_again.presenters.live_input.dialog
     dialog.make_token.click()
     token = dialog.token.text()
     assert len(token) >= 16
@@ -47,19 +56,21 @@ def test_token_is_made_and_copied(window):
     dialog.reject()
 
 
+@pytest.mark.usefixtures("known_dialog")
 @pytest.mark.parametrize(("entered", "shown", "tare"), [(1, "None", None), (5, "5 readings", 5)])
-def test_tare_at_the_start_has_at_least_five_readings(window, entered, shown, tare):
-    window.action("connect").trigger()
-    dialog = window.presenters.live_input.dialog
+def test_tare_at_the_start_has_at_least_five_readings(window_again, entered, shown, tare):
+    window_again.action("connect").trigger()
+    dialog = window_again.presenters.live_input.dialog
     dialog.tare.setValue(entered)
     assert (dialog.tare.text(), dialog.settings.tare) == (shown, tare)
     dialog.tare.setValue(dialog.tare.minimum())
     dialog.reject()
 
 
-def test_invalid_source_is_reported_in_the_dialog(window, tmp_path):
-    window.action("connect").trigger()
-    dialog = window.presenters.live_input.dialog
+@pytest.mark.usefixtures("known_dialog")
+def test_invalid_source_is_reported_in_the_dialog(window_again, tmp_path):
+    window_again.action("connect").trigger()
+    dialog = window_again.presenters.live_input.dialog
     for kind, address, said in (
         ("File", str(tmp_path / "none.csv"), "none.csv"),
         ("File", " ", "No source is named"),
@@ -75,7 +86,7 @@ def test_invalid_source_is_reported_in_the_dialog(window, tmp_path):
         buttons = dialog.findChild(QDialogButtonBox)
         assert dialog.problem.height() >= dialog.problem.heightForWidth(dialog.problem.width())
         assert dialog.height() - buttons.geometry().bottom() < 20, "no empty space below the buttons"
-    assert window.live.live_input is None
+    assert window_again.live.live_input is None
     (tmp_path / "gains.toml").write_text("gain = 2.0\n")
     dialog.kind.setCurrentText("UDP")
     dialog.inverted.setChecked(True)
@@ -176,13 +187,13 @@ class Viewer:
         self.maps.clear()
 
 
-def test_share_live_shows_the_edited_map(window):
-    window.editor.do("Rotate", lambda document: rotate(document, [1], 0.5))
-    viewer = window.live.sharing._server = Viewer()
-    run(window, 0.05)
-    assert viewer.maps[-1] is window.editor.document.map
-    assert viewer.maps[-1] is not window.live.prepared.map
-    window.live.sharing.stop()
+def test_share_live_shows_the_edited_map(window_again):
+    window_again.editor.do("Rotate", lambda document: rotate(document, [1], 0.5))
+    viewer = window_again.live.sharing._server = Viewer()
+    run(window_again, 0.05)
+    assert viewer.maps[-1] is window_again.editor.document.map
+    assert viewer.maps[-1] is not window_again.live.prepared.map
+    window_again.live.sharing.stop()
 
 
 @pytest.mark.long

@@ -37,11 +37,11 @@ def walk(window, key):
         pytest.param(PanelTab.MODEL, {"effect-skin-choice", "messages-panel-help"}, marks=pytest.mark.long),
     ],
 )
-def test_tab_visits_all_panels_in_order(new_window, tab, included):
-    new_window.column.show_tab(tab)
-    activate(new_window)
-    visited = walk(new_window, Qt.Key.Key_Tab)
-    column = new_window.column
+def test_tab_visits_all_panels_in_order(window_again, tab, included):
+    window_again.column.show_tab(tab)
+    activate(window_again)
+    visited = walk(window_again, Qt.Key.Key_Tab)
+    column = window_again.column
     content = column.page_of(next(panel for panel in column if panel.isVisible())).widget()
     rows = [one.mapTo(content, QPoint()).y() for one in visited if content.isAncestorOf(one)]
     assert len(rows) > 8
@@ -51,8 +51,8 @@ def test_tab_visits_all_panels_in_order(new_window, tab, included):
     assert all(one.isVisible() for one in visited)
 
 
-def test_backtab_visits_all_panels_in_reverse_order(new_window):
-    activate(new_window)
-    there = walk(new_window, Qt.Key.Key_Tab)
-    back = walk(new_window, Qt.Key.Key_Backtab)
+def test_backtab_visits_all_panels_in_reverse_order(window_again):
+    activate(window_again)
+    there = walk(window_again, Qt.Key.Key_Tab)
+    back = walk(window_again, Qt.Key.Key_Backtab)
     assert {one.objectName() for one in back} == {one.objectName() for one in there}

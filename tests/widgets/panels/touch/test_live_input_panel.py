@@ -39,8 +39,8 @@ def connected(window, tmp_path, values=(20, 20, 20, 20, 20), **settings):
     panel = opened(
         window, tmp_path, [(number + (number > 1), value) for number, value in enumerate(values)], **settings
     )
-    for _ in range(60):
-        run(window, 0.2)
+    run_readings(window, 240)
+    run(window, 0.2)
     panel.refresh()
     return panel
 
@@ -338,8 +338,8 @@ def test_only_contacts_are_outlined_on_noisy_readings(window, tmp_path):
     lines += [",".join(map(str, (0.01 * number, *row))) for number, row in enumerate(rows)]
     path.write_text("\n".join(lines) + "\n")
     window.live.connection.open(LiveInputSettings(str(path), SourceOptions(speed=None), tare=50))
-    for _ in range(70):
-        run(window, 0.05)
+    run_readings(window, 65)
+    run(window, 0.05)
     frame = window.live.live_input.session.frame
     (region,) = frame.regions
     picture = window.map_view.picture
@@ -387,8 +387,7 @@ def test_readings_of_fewer_than_three_quarters_of_the_taxels_are_questioned(wind
     path.write_text("\n".join([f"time,{','.join(map(str, range(columns)))}", *rows]) + "\n")
     window.live.connection.open(LiveInputSettings(str(path), SourceOptions(speed=None)))
     panel = window.column.get(LiveInputPanel)
-    for _ in range(19):
-        run(window, 0.05)
+    run_readings(window, 19)
     panel.refresh()
     assert "without a value" not in notes_of(panel)
     run(window, 0.05)

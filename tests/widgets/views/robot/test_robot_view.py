@@ -7,8 +7,32 @@ import pytest
 from PySide6.QtCore import QPoint, QPointF
 from PySide6.QtTest import QTest
 
+from tactile_widgets.common.colours import DARK, PressureScale
 from tactile_widgets.views.robot.caption_overlay import CUBE, cube_faces
+from tactile_widgets.views.robot.robot_view import RobotView
 from tests.widgets.support.robot_view_driver import BESIDE, LEFT, MIDDLE, NONE, SHIFT
+
+
+@pytest.fixture(scope="module")
+def shown(qapp, prepared):
+    """A view of the small arm, which the tests only look at from elsewhere."""
+    view = RobotView(DARK, PressureScale())
+    view.resize(480, 400)
+    view.show()
+    assert QTest.qWaitForWindowExposed(view)
+    view.show_prepared(prepared)
+    yield view
+    view.close_view()
+    view.close()
+    view.deleteLater()
+
+
+@pytest.fixture
+def view(shown):
+    """That view, with the robot fitted to it."""
+    shown.display.frame_all()
+    shown.display.draw_now()
+    return shown
 
 
 @pytest.mark.parametrize(
