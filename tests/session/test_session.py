@@ -6,13 +6,14 @@ import gc
 import math
 import weakref
 from dataclasses import replace
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
 
 from tactile_maps.control.force_loop.loop_stability import SensorTiming
 from tactile_maps.control.motion.command import ControlSettings, JointCommand
-from tactile_maps.control.path_following.clearance import collision_model
+from tactile_maps.control.path_following import clearance
 from tactile_maps.core.errors import RecordingError, SceneError, SimulationError, SkinError
 from tactile_maps.core.reading_units import ReadingUnits
 from tactile_maps.geometry.surface.mesh import SurfacePoint
@@ -32,6 +33,7 @@ from tests.support.touch import arm, prepared_bar
 BAR = prepared_bar()
 AT = BAR.skin.taxel_point(30)
 OTHER = BAR.skin.taxel_point(31)
+FOLLOWS_PATH = ControlSettings(controller="hybrid", task="follow_path", path_kind="lemniscate", path_size=0.03)
 
 
 @pytest.mark.parametrize(
@@ -49,12 +51,13 @@ def test_timing_of_the_readings_follows_from_the_effects(sensor, averaged, timin
     assert skin_readings(Effects(sensor=SensorEffects(**sensor), time_averaging=averaged), 0.005) == timing
 
 
-def test_shapes_for_a_path_are_built_when_it_is_requested():
-    collision_model.cache_clear()
-    session = Session(BAR)
-    settings = ControlSettings(controller="hybrid", task="follow_path", path_kind="lemniscate", path_size=0.03)
-    session.submit(ControlChanged(settings))
-    assert collision_model.cache_info().misses == 1, "they take longer than a tick"
+def test_shapes_for_a_path_are_built_when_it_is_requested(monkeypatch):
+    built = Mock(wraps=clearance.compile_spec)
+    monkeypatch.setattr(clearance, "compile_spec", built)
+    session = Session(replace(BAR, robot=replace(BAR.robot)))
+    assert built.call_count == 0
+    session.submit(ControlChanged(FOLLOWS_PATH))
+    assert built.call_count == 1, "they take longer than a tick"
 
 
 def test_nothing_keeps_the_robot_and_skin_of_a_session_that_is_closed():
@@ -62,6 +65,7 @@ def test_nothing_keeps_the_robot_and_skin_of_a_session_that_is_closed():
     opened = replace(BAR, robot=replace(BAR.robot), skin=skin, map=replace(BAR.map, skin=skin))
     session = Session(opened)
     session.submit(PokePressed(1, AT))
+    session.submit(ControlChanged(FOLLOWS_PATH))
     session.tick()
     kept = weakref.ref(opened.robot), weakref.ref(skin)
     del opened, session, skin
