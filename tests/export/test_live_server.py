@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import base64
+import gc
 import json
 import os
 import socket
 import struct
 import time
+import weakref
 
+import foxglove
 import pytest
 
 from tactile_maps.core.errors import ExportError
@@ -144,6 +147,25 @@ def test_closed_server_does_not_respond():
     server.close()
     with pytest.raises(ConnectionError):
         _connect_until_refused(alone, port)
+
+
+def test_closed_server_is_not_kept_by_its_listener(monkeypatch):
+    """The library releases the listener of a closed server when it is used again, or at once, by chance."""
+    listeners = []
+    start = foxglove.start_server
+
+    def start_and_keep(*, server_listener, **settings):
+        listeners.append(server_listener)
+        return start(server_listener=server_listener, **settings)
+
+    monkeypatch.setattr(foxglove, "start_server", start_and_keep)
+    server = LiveServer(small_arm(), port=0)
+    server.close()
+    kept = weakref.ref(server)
+    del server
+    gc.collect()
+    assert len(listeners) == 1
+    assert kept() is None
 
 
 def _connect_until_refused(host, port):

@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 import logging
 import time
-from collections.abc import Callable
+from weakref import ref
 
 import foxglove
 from foxglove.websocket import ChannelView, Client, ServerListener
@@ -63,7 +63,7 @@ class LiveServer(LiveViewer):
         # The context is kept because channels close with it. Viewers that disconnect without notice are not logged.
         self._context = context = foxglove.Context()
         logging.getLogger("foxglove.websocket").setLevel(logging.CRITICAL)
-        listener = _Listener(self._on_subscribe)
+        listener = _Listener(self)
         try:
             self._server = foxglove.start_server(
                 name="Tactile Maps", host=host, port=port, context=context, server_listener=listener
@@ -93,7 +93,7 @@ class LiveServer(LiveViewer):
     def _disconnect(self) -> None:
         self._server.stop()
 
-    def _on_subscribe(self) -> None:
+    def request_opening(self) -> None:
         """Send the robot's surfaces, which are sent once, to a viewer that connects later."""
         with self._changed:
             self._opening_due = True
@@ -150,12 +150,16 @@ class LiveServer(LiveViewer):
 
 
 class _Listener(ServerListener):
-    """Reports subscriptions; other actions of viewers have no effect."""
+    """Reports subscriptions; other actions of viewers have no effect.
 
-    def __init__(self, subscribed: Callable[[], None]) -> None:
-        self._subscribed = subscribed
+    Refers to the server weakly: the library may release its listener only when it is used again.
+    """
+
+    def __init__(self, server: LiveServer) -> None:
+        self._server = ref(server)
 
     def on_subscribe(self, client: Client, channel: ChannelView) -> None:
-        """Report a subscription to the robot's surfaces; called on the server's thread."""
-        if channel.topic == ROBOT_TOPIC:
-            self._subscribed()
+        """Report a subscription to the robot's surfaces; called on the thread of the library."""
+        server = self._server()
+        if server is not None and channel.topic == ROBOT_TOPIC:
+            server.request_opening()
