@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import gc
+import weakref
+
 import numpy as np
 import pytest
 
@@ -85,6 +88,15 @@ def test_edge_is_on_the_map_once_and_seam_edge_twice(document):
     lines = lines_on_map(document, 0, seams)
     assert len(lines) == 2
     assert sum(len(line) - 1 for line in lines) == len(segments)
+
+
+def test_chart_of_a_closed_map_is_not_kept():
+    document = MapDocument.of(build_map(skin_of(sheet(4, 4), taxels=6)))
+    assert len(on_map(document, 0, document.skin.patches[0].surface.edges)) > 0
+    chart = weakref.ref(document.charts[0])
+    del document
+    gc.collect()
+    assert chart() is None
 
 
 def test_vertex_is_found_on_body_and_map(document):

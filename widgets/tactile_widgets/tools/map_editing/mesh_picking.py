@@ -6,7 +6,6 @@ is split into runs between its branches. Picking finds the vertex, the seam or t
 
 from __future__ import annotations
 
-from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -14,6 +13,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray
+from tactile_maps.core.caches import weak_cache
 from tactile_maps.editing.document import MapDocument
 from tactile_maps.flattening.chart import Chart
 from tactile_maps.geometry.surface.mesh import Mesh, SurfacePoint
@@ -104,7 +104,7 @@ class ChartEdges:
         return self._edges[np.isin(self._keys, keys)]
 
 
-@lru_cache(maxsize=8)
+@weak_cache
 def _chart_edges(chart: Chart) -> ChartEdges:
     return ChartEdges(chart)
 
