@@ -73,23 +73,18 @@ def push_button(
 
 
 class SteadyLabel(QLabel):
-    """Label that keeps the height of its highest text since its width changed, so that nothing around it moves.
+    """Label that wraps and keeps the height of its highest text, by width, so that nothing around it moves.
 
     A shorter text in the last row of a page that is scrolled to its end would move the whole page.
     """
 
-    def setText(self, text: str) -> None:
-        super().setText(text)
-        self._reserve()
+    def __init__(self, *args: Any) -> None:
+        super().__init__(*args)
+        self._highest: dict[int, int] = {}
 
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        super().resizeEvent(event)
-        if event.size().width() != event.oldSize().width():
-            self.setMinimumHeight(0)
-            self._reserve()
-
-    def _reserve(self) -> None:
-        self.setMinimumHeight(max(self.minimumHeight(), self.heightForWidth(self.width())))
+    def heightForWidth(self, width: int) -> int:
+        self._highest[width] = max(self._highest.get(width, 0), super().heightForWidth(width))
+        return self._highest[width]
 
 
 def caption_label(parent: QWidget, name: str = "", text: str = "", *, kind: type[QLabel] = QLabel) -> QLabel:
