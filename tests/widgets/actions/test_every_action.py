@@ -28,6 +28,7 @@ from tactile_widgets.common.controller_settings import SETTING_CHOICES
 from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.common.mode import Mode
 from tactile_widgets.common.settings import BaseLayer
+from tactile_widgets.dialogs.dialogs import Button
 from tactile_widgets.panels.registry import PanelTab
 from tactile_widgets.plots.timeline.playhead import Span
 from tactile_widgets.session.live_input import LiveInputSettings
@@ -412,6 +413,13 @@ def copied_posture(bench):
     QGuiApplication.clipboard().setText(f"{joint.name} = 0.125")
 
 
+def deleted(bench):
+    """The recording that was shown is in the trash."""
+    RECORDED(bench)
+    path = bench.window.live.replay.player.path
+    bench.window.presenters.recordings._on_delete_answered(path, Button.Yes)
+
+
 def refused_posture(bench):
     """The robot was to be placed while a finger presses it."""
     LIVE(bench)
@@ -561,6 +569,7 @@ EFFECTS: dict[str, Effect] = {
     "save_report": Effect(failed, files),
     "open_path_scene": Effect(LIVE, opening),
     "simulate_fingers": Effect(without_fingers, scene),
+    "restore_recording": Effect(deleted, files),
     "go_there": Effect(refused_posture, target_posture),
     "use_anyway": Effect(unsteady, scene),
     "tare_again": Effect(measuring, lambda bench: bench.window.live.live_input.session.facts.taring),

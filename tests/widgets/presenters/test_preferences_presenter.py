@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QApplication, QLabel, QMessageBox
 from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.common.settings import NavigationStyle, Preferences, Question
 from tactile_widgets.panels.control.posture_panel import PosturePanel
+from tactile_widgets.presenters.files.recordings_presenter import TrashedFile
 from tests.widgets.support.mouse import left_click
 from tests.widgets.support.window_driver import run
 
@@ -146,7 +147,7 @@ def test_preferences_act_are_stored_and_restored(window, dialog, tmp_path, monke
     assert posture.sliders[0]._value.value() == pytest.approx(home, abs=0.006)
     deleted = []
     trash = "tactile_widgets.presenters.files.recordings_presenter._to_trash"
-    monkeypatch.setattr(trash, lambda path: deleted.append(path) or True)
+    monkeypatch.setattr(trash, lambda path: deleted.append(path) or TrashedFile(path, None))
     question = dialog.questions[Question.TRASH]
     left_click(question, QPoint(8, question.height() // 2))
     window.presenters.recordings.delete(file)

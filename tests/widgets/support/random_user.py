@@ -777,10 +777,10 @@ def _click(target: QWidget, at: QPoint | None = None, button=LEFT, modifier=MODI
         QApplication.sendEvent(target, QContextMenuEvent(reason, at, target.mapToGlobal(at), modifier))
 
 
-def _away(path: Path) -> bool:
+def _away(path: Path) -> recordings_presenter.TrashedFile:
     """Delete a file instead of moving it to the trash of the user."""
     path.unlink(missing_ok=True)
-    return True
+    return recordings_presenter.TrashedFile(path, None)
 
 
 def _can_be_used(widget: QWidget) -> bool:

@@ -748,6 +748,7 @@ REMEDIES = (
     ),
     ActionSpec("replay_saved", "Replay", "", "Replay the recording that was saved"),
     ActionSpec("show_saved", "Show in folder", "", "Show the folder of the recording that was saved"),
+    ActionSpec("restore_recording", "Undo", "", "Move the deleted recording and its notes back from the trash"),
     ActionSpec("simulate_fingers", "Simulate fingers", "", "Simulate fingers, so that the skin can be pressed"),
     ActionSpec("go_there", "Move there", "", "Resume, and let the controller move the robot to the posture", can_pose),
     ActionSpec("use_anyway", "Use anyway", "", "Simulate in spite of the warning"),

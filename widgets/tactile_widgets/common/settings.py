@@ -87,7 +87,7 @@ FRAME_RATES = (60, 30, 15, 10)
 
 
 class Question(Enum):
-    """Questions that the user can switch off: what they ask about can be undone or is in the trash."""
+    """Questions that the user can switch off: what they ask about can be undone."""
 
     IMPORT = "import"
     RESTORE = "restore"

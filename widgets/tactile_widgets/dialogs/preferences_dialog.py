@@ -48,7 +48,7 @@ _QUESTIONS = {
     Question.RESTORE: ("Ask before restored edits replace newer ones", "Undo brings the newer ones back"),
     Question.TRASH: (
         "Ask before a recording is moved to the trash",
-        "The system's trash keeps the file",
+        "Undo moves it back from the system's trash",
     ),
 }
 _FOLDER_TIP = "New recordings are written here, also those of stopped sessions and of replayed runs"

@@ -62,6 +62,8 @@ class RecordingsDialog(QDialog):
     """File to show in its folder."""
     delete_requested = Signal(Path)
     """Recording to delete."""
+    undo_requested = Signal()
+    """The recording that was deleted last is to be moved back."""
     outcome_chosen = Signal(Path, Outcome)
     """Outcome of a recording; None to remove it."""
     label_requested = Signal(Path, str)
@@ -77,6 +79,7 @@ class RecordingsDialog(QDialog):
         resize_on_screen(self, 980, 560)
         self._summaries: dict[Path, RecordingSummary] = {}
         self._paths: list[Path] = []
+        self._trashed: Path | None = None
         self.overlay_possible = False
         self.search = make(
             QLineEdit,
@@ -94,6 +97,7 @@ class RecordingsDialog(QDialog):
         self._delete = partial(self._request, self.delete_requested)
         self.table.doubleClicked.connect(self._replay)
         QShortcut(QKeySequence(Qt.Key.Key_Delete), self.table, self._delete, context=Qt.ShortcutContext.WidgetShortcut)
+        QShortcut(QKeySequence(QKeySequence.StandardKey.Undo), self, self.undo_requested.emit)
         self._lay_out()
         self._show_selected()
 
@@ -137,6 +141,7 @@ class RecordingsDialog(QDialog):
             ("label", "Label…", "Set its label", self._label),
             ("show", "Show in folder", "Show the folder of its file", partial(self._request, self.show_requested)),
             ("delete", "Delete…", "Move its file and annotations to the trash (Delete)", self._delete),
+            ("undo", "Undo delete", "", self.undo_requested),
         ):
             self._buttons[name] = push_button(self, f"recordings-{name}", words, tip, act, autoDefault=False)
         top = row_layout(self.folder, choose, stretch=self.folder)
@@ -194,6 +199,12 @@ class RecordingsDialog(QDialog):
             self._summaries.pop(path, None)
             self._show_note()
 
+    def show_trashed(self, path: Path | None) -> None:
+        """Show which recording *Undo delete* moves back from the trash; None if there is none."""
+        self._trashed = path
+        self._buttons["undo"].setToolTip("" if path is None else f"Move {path.name} back from the trash (Ctrl+Z)")
+        self._show_selected()
+
     def set_overlay_possible(self, *, possible: bool) -> None:
         """Set whether a recording is open on which another one can be overlaid."""
         self.overlay_possible = possible
@@ -221,6 +232,7 @@ class RecordingsDialog(QDialog):
         for name, button in self._buttons.items():
             button.setEnabled(path is not None if name in ("replay", "show", "delete") else readable)
         self._buttons["overlay"].setEnabled(readable and self.overlay_possible)
+        self._buttons["undo"].setEnabled(self._trashed is not None)
         if summary is not None and summary.problem:
             self.note.setText(summary.problem)
         else:

@@ -25,7 +25,7 @@ from tactile_widgets.jobs.executor import ProcessExecutor
 from tactile_widgets.plots.timeline.playhead import Span
 from tests.support.recordings import with_checksum_damage
 from tests.widgets.support.mouse import left_click
-from tests.widgets.support.window_driver import activate, cancel
+from tests.widgets.support.window_driver import activate, answer, cancel, click_remedy
 
 
 @pytest.fixture(scope="module")
@@ -52,6 +52,7 @@ def folder(recorded, tmp_path, monkeypatch):
 
 @pytest.fixture
 def dialog(window_again, folder):
+    window_again.presenters.recordings._trashed.clear()  # files of previous tests
     yield open_list(window_again, folder)
     if (dialog := window_again.presenters.recordings.dialog) is not None:
         dialog.close()
@@ -130,6 +131,56 @@ def test_recordings_are_listed_labelled_replayed_and_deleted(window_again, dialo
     assert load_annotations(folder / "two.mcap") is None
     assert sorted(path.name for path in folder.parent.glob("data/Trash/files/*")) == ["two.mcap", "two.notes.json"]
     assert dialog.table.rowCount() == 2
+
+
+def delete(window, dialog, name):
+    click(dialog, name, "delete")
+    answer(window, QMessageBox.StandardButton.Yes, "delete-recording")
+
+
+def names(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+def test_deleted_recordings_are_moved_back_with_their_notes(window_again, dialog, folder, recorded):
+    window = window_again
+    notes = Annotations(label="gentle")
+    save_annotations(folder / "two.mcap", notes)
+    undo = dialog.findChild(QPushButton, "recordings-undo")
+    assert not undo.isEnabled()
+    delete(window, dialog, "two.mcap")
+    delete(window, dialog, "junk.mcap")
+    assert names(folder) == ["one.mcap"]
+    assert undo.toolTip().startswith("Move junk.mcap back")
+    click_remedy(window, "Undo")
+    assert names(folder) == ["junk.mcap", "one.mcap"]
+    assert dialog.selected == folder / "junk.mcap"
+    left_click(undo)
+    assert names(folder) == ["junk.mcap", "one.mcap", "two.mcap", "two.notes.json"]
+    assert (folder / "two.mcap").read_bytes() == recorded
+    assert load_annotations(folder / "two.mcap") == notes
+    assert text(dialog, "two.mcap", "Label") == "gentle"
+    assert window.notification_bar.text == f"two.mcap is back in {folder}"
+    assert not [path for path in folder.parent.rglob("data/Trash/*/*") if path.is_file()]
+    assert not undo.isEnabled()
+
+
+def test_deleted_recording_does_not_replace_another_file(window_again, dialog, folder, recorded):
+    window = window_again
+    delete(window, dialog, "two.mcap")
+    (folder / "two.mcap").write_bytes(b"another")
+    click_remedy(window, "Undo")
+    assert "another file of this name" in window.notification_bar.text
+    assert (folder / "two.mcap").read_bytes() == b"another"
+    (folder / "two.mcap").unlink()
+    left_click(dialog.findChild(QPushButton, "recordings-undo"))
+    assert (folder / "two.mcap").read_bytes() == recorded
+    delete(window, dialog, "two.mcap")
+    for path in folder.parent.glob("data/Trash/*/*"):
+        path.unlink()
+    click_remedy(window, "Undo")
+    assert "no longer in the trash" in window.notification_bar.text
+    assert not dialog.findChild(QPushButton, "recordings-undo").isEnabled()
 
 
 @pytest.mark.long

@@ -6,7 +6,7 @@ import secrets
 import shutil
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,7 @@ from PySide6.QtCore import QFile, QStandardPaths, QUrl
 from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QMessageBox, QWidget
 
-from tactile_maps.core.errors import names_text
+from tactile_maps.core.errors import RecordingError, names_text
 from tactile_maps.recording.encoding.annotations import Outcome, annotations_file
 from tactile_maps.recording.overview.summary import RecordingSummary
 from tactile_maps.recording.trim import TrimResult
@@ -41,6 +41,19 @@ _FOLDER = "Recordings"
 """Key in the settings of the folder that was listed last."""
 
 
+@dataclass(frozen=True)
+class TrashedFile:
+    """A file that was moved to the trash.
+
+    Attributes:
+        path: Its path before.
+        place: Its path in the trash; None if the system does not state it.
+    """
+
+    path: Path
+    place: Path | None
+
+
 class RecordingsPresenter(Presenter):
     """Lists, cuts, labels and deletes recordings; their data is never changed.
 
@@ -58,6 +71,7 @@ class RecordingsPresenter(Presenter):
         self.dialog: RecordingsDialog | None = None
         self._folder = Path()
         self._scratch: list[Path] = []
+        self._trashed: list[tuple[TrashedFile, ...]] = []  # with the notes, the last one at the end
         self._cutter = context.backends.executor("recordings", self)
         self._summaries = context.backends.executor("recordings", self)
         self._progress = JobProgress(self._notifier, self._cancel_cutting)
@@ -66,6 +80,7 @@ class RecordingsPresenter(Presenter):
             trim_range=self.choose_part,
             save_episodes=self.choose_episodes,
             delete_recording=self.delete_shown,
+            restore_recording=self.restore_deleted,
         )
         self._session.replay.player_changed.connect(self._on_player_changed)
 
@@ -146,6 +161,7 @@ class RecordingsPresenter(Presenter):
             dialog.overlay_requested.connect(self._overlay.open)
             dialog.show_requested.connect(self._show_file)
             dialog.delete_requested.connect(self.delete)
+            dialog.undo_requested.connect(self.restore_deleted)
             dialog.outcome_chosen.connect(self.judge)
             dialog.label_requested.connect(self._ask_label)
             dialog.folder_requested.connect(self._choose_folder)
@@ -154,6 +170,7 @@ class RecordingsPresenter(Presenter):
         known = Path(self._context.settings.folder(_FOLDER) or usual)
         self.show_folder(known if known.is_dir() else usual)
         self.dialog.set_overlay_possible(possible=self._session.replay.player is not None)
+        self._show_trashed()
         self.dialog.show()
         self.dialog.activateWindow()
 
@@ -246,16 +263,44 @@ class RecordingsPresenter(Presenter):
         player = self._session.replay.player
         if player is not None and player.path == path:
             self._session.replay.leave()
-        if not _to_trash(path):
+        moved = [_to_trash(path)]
+        if moved[0] is not None and (notes := annotations_file(path)).exists():
+            moved.append(_to_trash(notes))
+        trashed = tuple(file for file in moved if file is not None)
+        if not trashed:
             self._notifier.fault(
                 f"{path} cannot be moved to the trash and remains. Delete it in its folder.", of="delete recording"
             )
             return
-        if annotations_file(path).exists():
-            _to_trash(annotations_file(path))
-        self._notifier.say(f"{path.name} is in the trash", of="delete recording")
+        remedies = []
+        if trashed[0].place is not None:
+            self._trashed.append(trashed)
+            remedies.append(self._context.actions["restore_recording"])
+        self._notifier.say(f"{path.name} is in the trash", remedies=remedies, of="delete recording", lasting=True)
         if self.dialog is not None:
             self.dialog.remove(path)
+            self._show_trashed()
+
+    def restore_deleted(self) -> None:
+        """Move the recording that was deleted last back from the trash, with its notes."""
+        if not self._trashed:
+            return
+        files = self._trashed[-1]
+        path = files[0].path
+        with self._notifier.errors_shown("delete recording", finishes=False):
+            for file in files:
+                _from_trash(file)
+            self._notifier.say(f"{path.name} is back in {path.parent}", of="delete recording")
+        left = tuple(file for file in files if file.place is not None and file.place.exists())
+        self._trashed[-1:] = [left] if left else []
+        if self.dialog is not None:
+            self.show_folder(self._folder)
+            self.dialog.select(path)
+            self._show_trashed()
+
+    def _show_trashed(self) -> None:
+        if self.dialog is not None:
+            self.dialog.show_trashed(self._trashed[-1][0].path if self._trashed else None)
 
     def _on_player_changed(self, player: object) -> None:
         if self.dialog is not None:
@@ -270,10 +315,35 @@ def _written(path: Path) -> float:
         return 0.0
 
 
-def _to_trash(path: Path) -> bool:
-    """Move a file to the trash; return whether that succeeded."""
+def _to_trash(path: Path) -> TrashedFile | None:
+    """Move a file to the trash; return None if that failed."""
     with suppress(OSError):  # if it cannot be created, moveToTrash fails too
         Path(QStandardPaths.writableLocation(QStandardPaths.StandardLocation.GenericDataLocation)).mkdir(
             parents=True, exist_ok=True
         )
-    return QFile(str(path)).moveToTrash()
+    file = QFile(str(path))
+    if not file.moveToTrash():
+        return None
+    return TrashedFile(path, Path(file.fileName()) if file.fileName() else None)
+
+
+def _from_trash(file: TrashedFile) -> None:
+    """Move a file back from the trash, and delete what the trash of a Linux desktop noted about it.
+
+    Raises:
+        RecordingError: It is not in the trash any more, or cannot be moved.
+    """
+    place = file.place
+    if place is None or not place.exists():
+        raise RecordingError("the file is no longer in the trash", file=file.path)
+    if file.path.exists():
+        remedy = "Rename it; the deleted file remains in the trash"
+        raise RecordingError("there is another file of this name", file=file.path, remedy=remedy)
+    try:
+        shutil.move(place, file.path)
+        if place.parent.name == "files":
+            (place.parent.parent / "info" / f"{place.name}.trashinfo").unlink(missing_ok=True)
+    except OSError as error:
+        raise RecordingError(
+            "the file cannot be moved back from the trash", file=file.path, value=error.strerror
+        ) from error
