@@ -184,6 +184,29 @@ def test_message_is_at_the_lower_right_without_covering_the_colour_bar(window, w
     bar.clear()
 
 
+@pytest.mark.parametrize("size", [(900, 600), (1366, 768)])
+def test_buttons_of_messages_are_in_view(window, size):
+    """Also next to a wide robot view, over a high area of plots, and for several messages."""
+    window.resize(*size)
+    bar = window.notification_bar
+    actions = [QAction("Restore the edits", window), QAction("Discard the edits…", window)]
+    window.views._splitter.setSizes([2000, 100])
+    for number in range(3):
+        window.notifier.say(f"Message {number} with {20 * 'several words '}", remedies=actions, fault=True)
+    for height in (1, 400):
+        window.resizeDocks([window.bottom], [height], Qt.Orientation.Vertical)
+        QApplication.processEvents()
+        shown = [button for button in bar.findChildren(QToolButton) if button.isVisible()]
+        assert len(shown) >= 3
+        assert any(label.isVisible() and "Message 2" in label.text() for label in bar.findChildren(QLabel))
+        for button in shown:
+            assert button.visibleRegion().boundingRect() == button.rect(), button.text()
+        for label in (label for label in bar.findChildren(QLabel) if label.isVisible()):
+            assert label.height() >= label.heightForWidth(label.width())
+    window.views._splitter.setSizes([100, 100])
+    window.resizeDocks([window.bottom], [1], Qt.Orientation.Vertical)
+
+
 def test_failed_measurement_keeps_the_progress_of_a_scene(window):
     window.live.report_progress("Placing taxels", 0.4)
     window.live.measurements.cost_failed.emit("Measuring ended unexpectedly")

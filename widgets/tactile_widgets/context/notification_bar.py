@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from PySide6.QtCore import QEvent, QObject, Qt, QTimer, Signal
+from PySide6.QtCore import QEvent, QObject, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QShowEvent
 from PySide6.QtWidgets import QBoxLayout, QHBoxLayout, QLabel, QSizePolicy, QToolButton, QWidget
 
@@ -174,12 +174,13 @@ class MessageStack(FloatingBar):
 
     Information leaves after ``READ_SECONDS`` unless the pointer is over it, it is pending, or an action that it offers
     is possible. Failures and warnings leave when their operation succeeds. ``drop_outdated`` removes them and messages
-    with actions when something else is shown. The oldest message leaves for a fourth one, information first.
+    with actions when something else is shown. The oldest message leaves for a fourth one, information first. Where not
+    all have room, the newest are shown.
 
     Args:
         theme: Colours.
         parent: Widget under the messages.
-        clear: Widget at the left that the messages must not cover.
+        clear: Widget at the left that the messages must not cover, except where their buttons have no room.
         clock: Clock [s].
     """
 
@@ -194,6 +195,9 @@ class MessageStack(FloatingBar):
         super().__init__(parent, widest=480)
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground, on=False)
         self._clear = clear
+        while clear is not None and clear is not parent:
+            clear.installEventFilter(self)
+            clear = clear.parentWidget()
         self._theme = theme
         self._clock = clock
         self._toasts: list[_Toast] = []
@@ -253,12 +257,24 @@ class MessageStack(FloatingBar):
         if not self._toasts:
             return
         left = 0 if self._clear is None else self._clear.mapTo(self._parent, self._clear.rect().topRight()).x()
-        width = min(self._parent.width() - left - 2 * _EDGE, self._widest)
-        heights = [int(toast.row.heightForWidth(width)) for toast in self._toasts]
-        height = min(sum(heights) + _GAP * (len(self._toasts) - 1), self._parent.height() - 2 * _EDGE)
-        self.resize(width, height)
-        self.move(self._parent.width() - width - _EDGE, self._parent.height() - height - _EDGE)
+        room = self._parent.size() - QSize(2 * _EDGE, 2 * _EDGE)
+        narrowest = max(toast.row.minimumSize().width() for toast in self._toasts)
+        width = min(max(room.width() - left, narrowest), room.width(), self._widest)
+        height = -_GAP
+        for number, toast in enumerate(reversed(self._toasts)):
+            higher = height + _GAP + int(toast.row.heightForWidth(width))
+            toast.setVisible(number == 0 or higher <= room.height())
+            if toast.isVisibleTo(self):
+                height = higher
+        self.resize(width, min(height, room.height()))
+        self.move(self._parent.width() - width - _EDGE, self._parent.height() - self.height() - _EDGE)
         self.raise_()
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Also follow the widget that must not be covered, which a splitter moves."""
+        if watched is not self._parent and event.type() in (QEvent.Type.Move, QEvent.Type.Resize):
+            self.place()
+        return super().eventFilter(watched, event)
 
     def _remove(self, which: Callable[[Message], bool]) -> None:
         found = [toast for toast in self._toasts if which(toast.message)]
