@@ -85,3 +85,17 @@ def test_map_is_not_framed_smaller_for_a_legend_in_a_free_corner_or_one_without_
         place = LegendPlace(EDGE)
         assert place.framing([size], whole, ROOM) == place.framing([], whole, ROOM)
     assert LegendPlace(EDGE).framing([SIZE], shapes(), ROOM) is None
+
+
+def test_legend_does_not_cover_the_thin_tip_of_a_patch():
+    tip = [(0, 0.3), (0.78, 0.3), (0.8, 0.05), (0.82, 0.3), (1, 0.3), (1, 1), (0, 1)]
+    (box,) = LegendPlace(EDGE).boxes([SIZE], shapes(tip), ROOM)
+    assert corner(box) == "upper left"
+
+
+def test_legend_is_at_a_side_where_no_corner_is_free():
+    waist = [(0, 0), (1, 0), (1, 0.3), (0.6, 0.35), (0.6, 0.65), (1, 0.7), (1, 1), (0, 1)]
+    place = LegendPlace(EDGE)
+    (box,) = place.boxes([SIZE], shapes(waist), ROOM)
+    assert box.right() == ROOM.right() - EDGE
+    assert 120 < box.top() < box.bottom() < 280

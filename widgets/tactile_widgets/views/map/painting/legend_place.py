@@ -1,23 +1,24 @@
-"""Places of the legends: the corner of the viewport in which they hide the least of the map.
+"""Places of the legends: at the side of the viewport where they hide the least of the map, in a corner if one is free.
 
 While the whole map is in view, a map that would be hidden in every corner is drawn smaller instead.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF, QSizeF, Qt
+from PySide6.QtGui import QColor, QImage, QPainter
 
 from tactile_maps.core.arrays import FloatArray
 from tactile_widgets.views.map.items.map_coordinates import MARGIN_PX, MapCamera
 from tactile_widgets.views.map.items.map_shapes import MapShapes
 from tactile_widgets.views.overlays.painting import polygon
 
-_ACROSS = 8
-_DOWN = 6
-"""Sample points of a legend."""
+_STEP = 4
+"""Resolution at which hidden parts of the map are found [px]."""
 _CAPTION = 34.0
 """Height of other captions with their gap [px]: the chip upper left, the scale below."""
 _GAP = 8.0
@@ -29,10 +30,10 @@ _SMALLEST = 0.4
 
 
 class LegendPlace:
-    """Keeps the corner of the legends until map, viewport or legends change.
+    """Keeps the place of the legends until map, viewport or legends change.
 
-    It is the corner with most room while the whole map is in view: legends that change corners while the map is panned
-    and zoomed below them would be worse than a map that is hidden in part.
+    It is the place with most room while the whole map is in view: legends that move while the map is panned and zoomed
+    below them would be worse than a map that is hidden in part.
 
     Args:
         edge: Distance from the viewport's edge [px].
@@ -62,7 +63,8 @@ class LegendPlace:
         if camera is None or not sizes:
             return camera
         whole = _whole(sizes)
-        if not _hidden(_freest(whole, shapes, room, self._edge, camera), _framed(shapes, room, camera)):
+        cover = _CoveredRoom(shapes, room, camera)
+        if not cover.hidden(_freest(whole, room, self._edge, cover)):
             return camera
         down = whole.height() + self._edge + _GAP + _NAME - MARGIN_PX
         across = whole.width() + self._edge + _GAP - MARGIN_PX
@@ -75,7 +77,7 @@ class LegendPlace:
         return self._framed
 
     def boxes(self, sizes: Sequence[QSizeF], shapes: MapShapes, room: QRectF) -> list[QRectF]:
-        """Place legends one below the other in the corner where they hide the least of the map.
+        """Place legends one below the other at a side, where they hide the least of the map.
 
         Args:
             sizes: Size of each legend [px].
@@ -83,7 +85,8 @@ class LegendPlace:
             room: The viewport.
 
         Returns:
-            Box of each legend [px]. Among equal corners, the first of upper right, lower right, upper left, lower left.
+            Box of each legend [px]. Among equal places, the first of upper right, lower right, upper left, lower left
+            and the rest of the right and left side.
         """
         if not sizes:
             return []
@@ -91,7 +94,8 @@ class LegendPlace:
         of = (shapes, whole.width(), whole.height(), room.width(), room.height())
         if self._of != of:
             self._of = of
-            self._box = _freest(whole, shapes, room, self._edge, self._framed or _framing(shapes))
+            cover = _CoveredRoom(shapes, room, self._framed or _framing(shapes))
+            self._box = _freest(whole, room, self._edge, cover)
         return list(_stacked(sizes, self._box, to_right=self._box.center().x() > room.center().x()))
 
 
@@ -115,7 +119,42 @@ def _stacked(sizes: Sequence[QSizeF], whole: QRectF, *, to_right: bool) -> Itera
         top += size.height() + _GAP
 
 
-def _freest(size: QSizeF, shapes: MapShapes, room: QRectF, edge: float, framed: MapCamera | None) -> QRectF:
+class _CoveredRoom:
+    """The part of the viewport that patches cover while the whole map is in view.
+
+    Args:
+        shapes: Shapes of the map.
+        room: The viewport.
+        camera: Camera with the whole map in view; None if no patch is shown.
+    """
+
+    def __init__(self, shapes: MapShapes, room: QRectF, camera: MapCamera | None) -> None:
+        columns = max(math.ceil(room.width() / _STEP), 1)
+        rows = max(math.ceil(room.height() / _STEP), 1)
+        picture = QImage(columns, rows, QImage.Format.Format_Grayscale8)
+        picture.fill(0)
+        painter = QPainter(picture)
+        painter.scale(1 / _STEP, 1 / _STEP)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(QColor(255, 255, 255))
+        for outline in _framed(shapes, room, camera):
+            painter.drawPolygon(polygon(outline))
+        painter.end()
+        pixels = np.frombuffer(picture.constBits(), np.uint8).reshape(rows, picture.bytesPerLine())[:, :columns]
+        self._sums = np.zeros((rows + 1, columns + 1))
+        self._sums[1:, 1:] = (pixels > 0).cumsum(axis=0).cumsum(axis=1)
+
+    def hidden(self, box: QRectF) -> float:
+        """Return the covered area of a box and the gap around it [px²]."""
+        box = box.adjusted(-_GAP, -_GAP, _GAP, _GAP)
+        rows, columns = (size - 1 for size in self._sums.shape)
+        left, right = (min(max(round(x / _STEP), 0), columns) for x in (box.left(), box.right()))
+        top, bottom = (min(max(round(y / _STEP), 0), rows) for y in (box.top(), box.bottom()))
+        sums = self._sums
+        return _STEP**2 * float(sums[bottom, right] - sums[top, right] - sums[bottom, left] + sums[top, left])
+
+
+def _freest(size: QSizeF, room: QRectF, edge: float, cover: _CoveredRoom) -> QRectF:
     inner = room.adjusted(edge, edge, -edge, -edge)
     right = inner.right() - size.width()
     bottom = inner.bottom() - size.height() - _CAPTION
@@ -125,8 +164,15 @@ def _freest(size: QSizeF, shapes: MapShapes, room: QRectF, edge: float, framed: 
         QPointF(inner.left(), inner.top() + _CAPTION),
         QPointF(inner.left(), bottom),
     )
-    outlines = _framed(shapes, room, framed)
-    return min((QRectF(corner, size) for corner in corners), key=lambda box: _hidden(box, outlines))
+    best = min((QRectF(corner, size) for corner in corners), key=cover.hidden)
+    if not cover.hidden(best):
+        return best
+    sides = [
+        QPointF(x, y)
+        for x, top in ((right, inner.top()), (inner.left(), inner.top() + _CAPTION))
+        for y in np.arange(top, bottom, _GAP).tolist()
+    ]
+    return min((best, *(QRectF(place, size) for place in sides)), key=cover.hidden)
 
 
 def _framed(shapes: MapShapes, room: QRectF, camera: MapCamera | None) -> list[FloatArray]:
@@ -141,12 +187,3 @@ def _framed(shapes: MapShapes, room: QRectF, camera: MapCamera | None) -> list[F
         for patch in shapes.patches
         if patch.shown
     ]
-
-
-def _hidden(box: QRectF, outlines: list[FloatArray]) -> int:
-    """Number of the box's sample points that are on the map."""
-    columns = np.linspace(box.left(), box.right(), _ACROSS)
-    rows = np.linspace(box.top(), box.bottom(), _DOWN)
-    points = [QPointF(x, y) for x in columns for y in rows]
-    near = [outline for outline in map(polygon, outlines) if outline.boundingRect().intersects(box)]
-    return sum(any(outline.containsPoint(point, Qt.FillRule.OddEvenFill) for outline in near) for point in points)
