@@ -110,3 +110,10 @@ def test_recording_of_a_real_skin_is_not_offered_to_a_simulation(window, tmp_pat
     (message,) = window.notification_bar.messages
     assert message.text.startswith(TEXT)
     assert message.remedies == ()
+    take_over = window.action("take_over")
+    assert not take_over.isEnabled()
+    assert take_over.toolTip().startswith("Not for recordings of a real skin")
+    window.action("disconnect").trigger()
+    replay(window, tmp_path / "a.mcap")
+    assert take_over.isEnabled()
+    assert take_over.toolTip().startswith("Continue the simulation")

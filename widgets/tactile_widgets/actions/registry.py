@@ -38,6 +38,7 @@ class ActionSpec:
         checkable: Whether a click checks it, independently of the state.
         group: Group in which exactly one action is checked; may be empty.
         text_for: Text that depends on the state.
+        refusal_for: Reason why the state disables it, shown as its tool tip; empty where that is obvious.
         icon: Icon of its button; empty if there is none.
         icon_for: Icon that depends on the state.
         toolbar: Group of buttons in the toolbar; empty if there is none.
@@ -55,6 +56,7 @@ class ActionSpec:
     checkable: bool = False
     group: str = ""
     text_for: StateText | None = None
+    refusal_for: StateText | None = None
     icon: str = ""
     icon_for: StateText | None = None
     toolbar: str = ""
@@ -202,6 +204,8 @@ class ActionRegistry:
                 action.setChecked(checked)
             if spec.text_for is not None:
                 action.setText(self._text(spec, spec.text_for(state)))
+            if spec.refusal_for is not None:
+                self._set_tip(action, spec)
             shape = spec.icon if spec.icon_for is None else spec.icon_for(state)
             if shape and self._icons.get(spec.name) != shape:
                 self._icons[spec.name] = shape
@@ -225,7 +229,12 @@ class ActionRegistry:
     def _set_keys(self, action: QAction, spec: ActionSpec) -> None:
         keys = self.keys(spec.name)
         action.setShortcuts([QKeySequence(key) for key in keys])
-        tip = f"{spec.tip} ({key_text(keys[0])})" if keys else spec.tip
+        self._set_tip(action, spec)
+
+    def _set_tip(self, action: QAction, spec: ActionSpec) -> None:
+        keys = self.keys(spec.name)
+        refusal = "" if spec.refusal_for is None else spec.refusal_for(self._state)
+        tip = refusal or (f"{spec.tip} ({key_text(keys[0])})" if keys else spec.tip)
         if command := self.install.get(spec.name):
             tip += f". Not installed; run this command, then start the program again: {command}"
         action.setToolTip(tip)

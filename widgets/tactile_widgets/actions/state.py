@@ -57,6 +57,7 @@ class WindowState:
         light: Whether the light theme is used.
         bodies_hidden: Whether links or objects are hidden in the robot view.
         measured: Whether readings of a real skin are shown instead of a simulation.
+        measured_recording: Whether the recording that is shown has readings of a real skin.
         notable: Whether notes on the shown recording can be edited.
         has_marks: Whether the recording has marks.
         has_episodes: Whether the recording has episodes.
@@ -91,6 +92,7 @@ class WindowState:
     light: bool = False
     bodies_hidden: bool = False
     measured: bool = False
+    measured_recording: bool = False
     notable: bool = False
     has_marks: bool = False
     has_episodes: bool = False
@@ -134,6 +136,11 @@ def scripted(state: WindowState) -> bool:
 def replaying(state: WindowState) -> bool:
     """Whether a recording is shown."""
     return state.mode is Mode.REPLAYING
+
+
+def can_take_over(state: WindowState) -> bool:
+    """Whether a simulation can continue the recording that is shown."""
+    return replaying(state) and not state.measured_recording
 
 
 def can_mark(state: WindowState) -> bool:

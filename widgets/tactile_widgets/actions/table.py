@@ -21,6 +21,7 @@ from tactile_widgets.actions.state import (
     can_control,
     can_mark,
     can_pose,
+    can_take_over,
     editable,
     has_marks,
     has_range,
@@ -42,6 +43,7 @@ from tactile_widgets.common.tool_kinds import ToolRole
 from tactile_widgets.tools.registry import TOOLS, ToolSpec
 from tactile_widgets.views.layers import LAYERS, LayerSpec
 
+_MEASURED = "Not for recordings of a real skin: no simulation continues its readings"
 _TOOL_ENABLED = {ToolRole.EDIT: editable, ToolRole.CONTROL: can_control}
 _PATHS = {
     "polyline": ("Polyline", "Straight lines between corners"),
@@ -388,7 +390,8 @@ _SESSION = Menu(
             "Take over from here",
             "",
             "Continue the simulation from the instant of the recording that is shown",
-            replaying,
+            can_take_over,
+            refusal_for=lambda state: _MEASURED if state.measured_recording else "",
         ),
     ),
 )

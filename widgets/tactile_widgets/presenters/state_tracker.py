@@ -123,6 +123,7 @@ class StateTracker(Presenter):
             bodies_hidden=bool(context.views.robot.display.actors.hidden),
             light=context.theme.theme.name == "light",
             measured=session.live_input is not None,
+            measured_recording=session.replay.player is not None and session.replay.player.measured is not None,
             notable=context.notes.editable,
             has_marks=bool(context.notes.value.marks),
             has_episodes=bool(context.notes.value.episodes),
