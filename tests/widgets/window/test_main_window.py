@@ -17,10 +17,21 @@ from tactile_widgets.common.guide_window import GuideWindow
 from tactile_widgets.common.mode import Mode
 from tactile_widgets.common.settings import BaseLayer
 from tactile_widgets.context.notification_bar import Message, MessageStack
+from tactile_widgets.session.backends import INLINE
 from tactile_widgets.tools.registry import ARRANGE
 from tests.widgets.support.mouse import left_click, left_press, left_release
 from tests.widgets.support.snapshots import check_picture, pixels
-from tests.widgets.support.window_driver import blow_up, cancel, press_map, record_run, replay_run, run, visible_skin
+from tests.widgets.support.window_driver import (
+    blow_up,
+    cancel,
+    close_window,
+    open_window,
+    press_map,
+    record_run,
+    replay_run,
+    run,
+    visible_skin,
+)
 
 
 @pytest.fixture
@@ -482,6 +493,29 @@ def test_space_below_the_views_returns_to_its_height_after_recording_and_replay(
     for _ in range(3):  # the height returns after the layout
         QApplication.processEvents()
     assert window.bottom.height() == usual
+
+
+@pytest.mark.parametrize("replaying", [True, False], ids=["replay", "recording"])
+def test_space_below_the_views_does_not_grow_by_closing_the_window(new_window, tmp_path, prepared, replaying):
+    window = new_window
+    usual = window.bottom.height()
+    record_run(window, tmp_path / "a.mcap", 0.2)
+    if replaying:
+        window.live.open_recording(tmp_path / "a.mcap")
+    else:
+        window.live.recording.start(tmp_path / "b.mcap")
+        run(window, 0.1)
+    for _ in range(4):
+        QApplication.processEvents()
+    assert window.bottom.height() > usual
+    window.presenters.map_files.give_up()
+    window.close()
+    again = open_window(tmp_path, INLINE)
+    again.live.show_prepared(prepared)
+    for _ in range(4):
+        QApplication.processEvents()
+    assert again.bottom.height() == usual
+    close_window(again)
 
 
 @pytest.mark.long

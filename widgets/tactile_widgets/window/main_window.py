@@ -340,11 +340,22 @@ class MainWindow(QMainWindow):
 
         def resize() -> None:
             self._bottom_next = None
-            for part in (self.bottom.widget(), self.bottom, self):  # they may need the height of a part hidden now
-                QCoreApplication.sendPostedEvents(part, QEvent.Type.LayoutRequest.value)
-            self.resizeDocks([self.bottom], [height], Qt.Orientation.Vertical)
+            self._resize_bottom_now(height)
 
         QTimer.singleShot(0, self, resize)  # after the parts are hidden
+
+    def _resize_bottom_now(self, height: int) -> None:
+        for part in (self.bottom.widget(), self.bottom, self):  # they may need the height of a part hidden now
+            QCoreApplication.sendPostedEvents(part, QEvent.Type.LayoutRequest.value)
+        self.resizeDocks([self.bottom], [height], Qt.Orientation.Vertical)
+
+    def _shrink_bottom(self) -> None:
+        """Remove what a recording or replay shows below the views, so that it is not part of the stored layout."""
+        heights = [*self._bottom_before.values()]
+        if heights:
+            self.timeline.hide()
+            self.recording_plots.hide()
+            self._resize_bottom_now(heights[0])
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Handle keys that no widget used; the right arrow advances one tick."""
@@ -366,6 +377,7 @@ class MainWindow(QMainWindow):
             self.presenters.map_files.leave(self._close_for_good)
             return
         self.settings.geometry = self.saveGeometry()
+        self._shrink_bottom()
         self.settings.layout = self.panel_docks.layout
         self.presenters.close()
         self.context.dialogs.remember_saved()
