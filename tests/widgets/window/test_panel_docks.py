@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QApplication, QDockWidget, QLabel, QMenu, QPushBut
 
 from tactile_widgets.common.guide_window import GuidePlace
 from tactile_widgets.common.number_field import NumberField
+from tactile_widgets.common.panel import CollapsibleHeading
 from tactile_widgets.common.settings import Settings
 from tactile_widgets.panels.control.posture_panel import PosturePanel
 from tactile_widgets.panels.model.accuracy_panel import AccuracyPanel
@@ -80,6 +81,26 @@ def test_undocked_panel_works_and_returns_to_its_place(window):
     left_release(window.map_view.viewport(), pixel)
     dock.close()
     assert order(window) == before
+
+
+def test_returned_panel_has_its_place_in_the_tab_order(window):
+    def visited():
+        """Return the headings of the panels in the order of Tab."""
+        found = []
+        widget = window.column.nextInFocusChain()
+        while widget is not window.column:
+            if isinstance(widget, CollapsibleHeading):
+                found.append(widget.text())
+            widget = widget.nextInFocusChain()
+        return found
+
+    before = visited()
+    panels = [panel for panel in window.column if isinstance(panel, ContactsPanel | PosturePanel)]
+    assert len(panels) == 2
+    for panel in panels:
+        undock(panel)
+        dock_of(window, panel).close()
+        assert visited() == before
 
 
 def test_layout_is_saved_and_applied_by_name(window):
