@@ -322,10 +322,10 @@ def test_path_of_a_file_dropped_by_a_new_skin_is_not_an_unsaved_change(window, t
     window.presenters.control_tools.settings_editor.clear_path()
     run(window, 0.02)
     assert files.unsaved == ("path",), "removed by the user"
-    window.presenters.control_tools.settings_editor.undo()
+    window.action("undo").trigger()
     run(window, 0.02)
     assert window.live.runner.session.settings.path == path
-    window.action("redo").trigger()
+    offered(window, "hand")["remove-skin"].run()
     run(window, 0.02)
     assert files.unsaved == ("skin",)
     offered(window, "wrist")["cover"].run()
