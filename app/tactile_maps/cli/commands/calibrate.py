@@ -56,8 +56,9 @@ def execute(arguments: argparse.Namespace) -> int:
     """Fit a calibration to a log, print how good it is, and save it."""
     progress = progress_line()
     scene = scene_from_arguments(arguments)
-    _, skin = load_robot_and_skin(scene, progress=part_of_progress(progress, 0.0, 0.5))
+    # Before the skin, so that a missing log is reported at once.
     fit = _fit_matrices if has_force_vectors(arguments.input) else _fit_curves
+    _, skin = load_robot_and_skin(scene, progress=part_of_progress(progress, 0.0, 0.5))
     try:
         fitted = fit(arguments, skin, part_of_progress(progress, 0.5, 1.0))
     except LiveError as error:
