@@ -179,7 +179,7 @@ def test_foundation_carries_the_whole_load_of_a_body_across_the_border():
     body = thing("box", at=(0.11, 0.0, 0.0299), mass=0.3)
     effects = Effects(contact="environment", skin="foundation", timestep=5e-4)
     simulation = Simulation(robot, SKIN, effects, objects=(body,))
-    simulation.step(1000, no_command(robot))
+    simulation.step(400, no_command(robot))
     read, (note,) = float(simulation.sense() @ SKIN.areas), simulation.notes
     assert note.kind is ContactNoteKind.PARTLY_OUTSIDE
     assert simulation.total_normal_force == pytest.approx(weight, rel=1e-3)

@@ -193,7 +193,7 @@ def test_link_rests_in_the_bowl_of_another(model, first):
     """The ball is inside the hull of the bowl at home and touches nothing."""
     robot, skin = bowl_and_ball(0.005, first=first)
     simulation = Simulation(robot, skin, Effects(contact="self", gravity="on", skin=model), layer=LAYER)
-    simulation.step(700, hold(robot, 0.0, 3.0))
+    simulation.step(400, hold(robot, 0.0, 3.0))
     height = 0.005 + float(simulation.posture[0])
     forces = simulation.sense() * skin.areas
     sums = np.split(forces, [skin.first[1]])
