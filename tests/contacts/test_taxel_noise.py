@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy import stats
+import scipy  # loads its parts when they are used: signal and stats take half a second
 
 from tactile_maps.contacts.detection.centre_of_pressure import SensorUncertainty
 from tactile_maps.contacts.detection.detection import ContactDetector
@@ -37,13 +37,13 @@ def tared(random, sigma, readings):
 
 
 KINDS = {
-    "normal": (lambda random, shape: random.standard_normal(shape), stats.norm.sf),
+    "normal": (lambda random, shape: random.standard_normal(shape), lambda limits: scipy.stats.norm.sf(limits)),
     "clipped": (
         lambda random, shape: np.maximum(0.0, random.standard_normal(shape)),
-        lambda limits: np.where(limits > 0, stats.norm.sf(limits), 1.0),
+        lambda limits: np.where(limits > 0, scipy.stats.norm.sf(limits), 1.0),
     ),
-    "laplace": (lambda random, shape: random.laplace(size=shape), stats.laplace.sf),
-    "t5": (lambda random, shape: random.standard_t(5, size=shape), lambda limits: stats.t.sf(limits, 5)),
+    "laplace": (lambda random, shape: random.laplace(size=shape), lambda limits: scipy.stats.laplace.sf(limits)),
+    "t5": (lambda random, shape: random.standard_t(5, size=shape), lambda limits: scipy.stats.t.sf(limits, 5)),
 }
 """Kinds of noise: samples, and the probability to exceed a limit."""
 
@@ -52,7 +52,7 @@ def test_factors_are_quantiles_of_the_student_t_distribution():
     freedom = np.array([1.5, 4.0, 49.0, 1e9])
     for deviations in (3.0, 6.0):
         factors = student_factor(deviations, freedom)
-        assert factors[:3] == pytest.approx(stats.t.isf(stats.norm.sf(deviations), freedom[:3]), rel=1e-6)
+        assert factors[:3] == pytest.approx(scipy.stats.t.isf(scipy.stats.norm.sf(deviations), freedom[:3]), rel=1e-6)
         assert factors[3] == deviations
 
 

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from scipy import stats
+import scipy  # loads its parts when they are used: signal and stats take half a second
 
 from tactile_maps.tactile.sensors.sensor_chain import SensorChain
 from tactile_maps.tactile.sensors.sensor_effects import (
@@ -31,13 +31,13 @@ MANY = 20_000
 
 def assert_deviation(values, expected):
     """The standard deviation of normal numbers of mean 0, by chi-square bounds that one sound seed in 1e6 misses."""
-    low, high = stats.chi2.ppf([5e-7, 1 - 5e-7], values.size)
+    low, high = scipy.stats.chi2.ppf([5e-7, 1 - 5e-7], values.size)
     assert low < np.sum((values / expected) ** 2) < high
 
 
 def assert_normal(values):
     """Kolmogorov and Smirnov see nothing but standard normal numbers."""
-    assert stats.kstest(values.ravel(), "norm").pvalue > 1e-6
+    assert scipy.stats.kstest(values.ravel(), "norm").pvalue > 1e-6
 
 
 @pytest.mark.sampled(13)
@@ -96,7 +96,7 @@ def test_error_of_quantisation_is_uniform():
     pressures = rng.uniform(0, 1e5, MANY)
     error = readings(stage(Quantisation(step=200.0), MANY), [pressures])[0] - pressures
     assert np.abs(error).max() <= 100.0
-    assert stats.kstest(error / 200.0 + 0.5, "uniform").pvalue > 1e-6
+    assert scipy.stats.kstest(error / 200.0 + 0.5, "uniform").pvalue > 1e-6
     assert error.std() == pytest.approx(200.0 / math.sqrt(12), rel=0.02)
 
 
@@ -164,7 +164,7 @@ def test_after_an_hour_drift_is_within_its_bound_and_creep_has_vanished():
     chain.read(np.full(3, 1e5))
     for _ in range(180_000):
         read = chain.read(np.zeros(3))
-    bound = stats.norm.isf(1e-7) * math.hypot(100.0, 20.0 * 60.0)
+    bound = scipy.stats.norm.isf(1e-7) * math.hypot(100.0, 20.0 * 60.0)
     assert np.isfinite(read).all()
     assert np.abs(read).max() < bound
     late = chain.state()[:3]

@@ -10,8 +10,8 @@ from functools import cache
 
 import numpy as np
 import pytest
+import scipy  # loads its parts when they are used: signal and stats take half a second
 from scipy.optimize import nnls
-from scipy.signal import fftconvolve
 from scipy.spatial import cKDTree
 
 from tactile_maps.contacts.detection.detection import ContactDetector
@@ -159,7 +159,7 @@ def flat_touches(skin, depth: float, count: int):
         y = random.uniform(-0.03, 0.03)
         contact = (4 * force * radius / (np.pi * ElasticLayer().foundation)) ** 0.25
         forces = np.maximum(0, 1 - ((across - x) ** 2 + (along - y) ** 2) / contact**2)
-        stress = fftconvolve(force * forces / forces.sum(), kernel, mode="same")
+        stress = scipy.signal.fftconvolve(force * forces / forces.sum(), kernel, mode="same")
         yield force, np.bincount(owner, stress.ravel(), len(skin)) / cells
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.signal import TransferFunction, step
+import scipy  # loads its parts when they are used: signal and stats take half a second
 
 from tactile_maps.control.path_following.slide_observer import (
     MOST_MISSING,
@@ -166,9 +166,9 @@ def test_response_with_yielding_joints_and_without_friction_is_that_of_the_dampe
         soft.tick(0.01)
         speeds.append(soft.velocity)
     w = Soft.FREQUENCY
-    closed = TransferFunction([2 * w**2, w**3], np.polymul([1, w], [1, w, w**2]))
+    closed = scipy.signal.TransferFunction([2 * w**2, w**3], np.polymul([1, w], [1, w, w**2]))
     time = DT * np.arange(1, 61)
-    _, expected = step(closed, T=np.concatenate([[0.0], time]))
+    _, expected = scipy.signal.step(closed, T=np.concatenate([[0.0], time]))
     assert np.array(speeds) == pytest.approx(0.01 * expected[1:], abs=0.0015), "up to the delay of a tick"
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import scipy  # loads its parts when they are used: signal and stats take half a second
 from scipy.optimize import minimize_scalar
-from scipy.stats import spearmanr
 
 from tactile_maps.geometry.geodesics import Geodesics
 from tactile_maps.geometry.remesh.refine import insert_vertices
@@ -230,7 +230,7 @@ def test_rank_correlation_and_stress_follow_their_definitions(cloud):
     on_map = np.linalg.norm(points[:, None] - points[None], axis=2)[off]
     true = distances.patches[0].from_sources[off]
     shape = measure_topography(points, distances)
-    assert shape.spearman == pytest.approx(spearmanr(on_map, true).statistic, abs=1e-12)
+    assert shape.spearman == pytest.approx(scipy.stats.spearmanr(on_map, true).statistic, abs=1e-12)
     least = minimize_scalar(lambda scale: (((scale * on_map - true) ** 2).sum() / (true**2).sum()) ** 0.5).fun
     assert shape.stress == pytest.approx(least, rel=1e-9)
 
