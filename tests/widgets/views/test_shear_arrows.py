@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
 from tactile_maps.contacts.detection.contact_shear import ContactShear, Slip
@@ -20,27 +21,35 @@ from tests.widgets.support.samples import middle_taxel, touched
 from tests.widgets.support.snapshots import pixels
 
 
+@pytest.fixture(scope="module")
+def shared_views(qapp):
+    """The views of all tests, and their initial overlays."""
+    views = LinkedViews(DARK, PressureScale(maximum=40.0))
+    views.resize(900, 500)
+    views.show()
+    assert QTest.qWaitForWindowExposed(views)
+    yield views, views.overlays
+    views.robot.close_view()
+    views.close()
+    views.deleteLater()
+
+
 @pytest.fixture
-def show(qtbot):
-    """Show a frame in new views."""
-    made = []
+def show(shared_views):
+    """Show a frame in the views, whatever the previous test has shown."""
+    views, overlays = shared_views
 
     def show(prepared, frame):
-        views = LinkedViews(DARK, PressureScale(maximum=40.0))
-        made.append(views)
-        views.resize(900, 500)
-        qtbot.addWidget(views)
-        views.show()
-        qtbot.waitExposed(views)
+        views.set_overlays(overlays)
+        views.robot.display.actors.hidden = frozenset()
         views.show_prepared(prepared)
+        views.frame_all()
         views.show_frame(frame)
         views.robot.display.look_at(prepared.skin.taxel_point(frame.regions[0].taxels[0]))
         draw(views)
         return views
 
-    yield show
-    for views in made:
-        views.robot.close_view()
+    return show
 
 
 def draw(views):

@@ -59,7 +59,7 @@ def test_messages_of_the_window_are_kept(window_again):
 
 def test_missing_faces_of_a_mesh_are_listed_when_it_is_opened(new_window, tmp_path):
     mesh = tmp_path / "pad.obj"
-    ball = trimesh.creation.icosphere(2, radius=0.05)
+    ball = trimesh.creation.icosphere(1, radius=0.05)
     ball.export(mesh)
     lines = mesh.read_text()
     mesh.write_text(f"{lines.rstrip()}\nf 1 2\nf 2 3\n")

@@ -59,8 +59,8 @@ def connected(window, tmp_path, meeting, *, unit="Pa", folded=False):
     panel = window.column.get(SimulatedSkinPanel)
     panel.set_folded(folded)
     window.live.connection.open(LiveInputSettings(str(path), SourceOptions(speed=None)))
-    for _ in range(10):
-        run(window, 0.2)
+    window.live.runner.run_for(2.0)
+    run(window, 0.2)
     return panel
 
 

@@ -15,7 +15,6 @@ from tactile_widgets.panels.panel_column import COLUMN_WIDTH
 from tactile_widgets.panels.touch.skin_check_panel import SkinCheckPanel
 from tactile_widgets.session.live_input import LiveInputSettings
 from tests.support.pressed_stream import RATE, pressed
-from tests.widgets.support.window_driver import run
 
 
 @pytest.fixture
@@ -53,7 +52,8 @@ def prompt(panel):
 def seconds(window, count):
     """Take the readings of so many seconds of the stream: one in each pass of 0.05 s."""
     assert RATE == 20.0
-    run(window, count)
+    window.live.runner.run_for(count)
+    window.live.pump()
 
 
 def test_parts_are_highlighted_until_they_respond_and_the_result_is_listed_and_saved(window, tmp_path, monkeypatch):
