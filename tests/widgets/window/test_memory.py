@@ -7,6 +7,7 @@ import ctypes.util
 import gc
 import subprocess
 import sys
+from dataclasses import replace
 from statistics import median
 
 import pytest
@@ -96,10 +97,12 @@ def own_weights(shared_weights, monkeypatch):
 
 
 def act_in_a_window(seed, prepared, folder):
-    """Open a window, do anything in it, and close it."""
+    """Open a window on a copy of a scene, with which all that is computed for it is discarded, act, and close it."""
     folder.mkdir()
     window = open_window(folder, INLINE)
-    window.live.show_prepared(prepared)
+    skin = replace(prepared.skin)
+    map_ = replace(prepared.map, skin=skin)
+    window.live.show_prepared(replace(prepared, robot=replace(prepared.robot), skin=skin, map=map_))
     QApplication.processEvents()
     with RandomUser(window, seed, folder, lambda seconds: run(window, seconds)) as user:
         user.run(ACTS)
