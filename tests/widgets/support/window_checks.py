@@ -133,6 +133,7 @@ class KeptWork:
         self._made: tuple[object, object] | None = None  # document and settings, in the session before
         self._unsaved: tuple[str, ...] = ()
         self._choice = None  # in the Skin panel, not applied yet
+        self._unopened = None  # chosen in the Skin panel for a robot that is not open yet
         self._asked = False
         self._in_file: list[tuple[object, object]] = []
 
@@ -163,6 +164,10 @@ class KeptWork:
         if live.run is not self._run and self._choice is not None and not self._asked:
             kept = choice is not None or self._applied(live.run.prepared.scene)
             _require(kept, "the chosen skin is lost", self._choice)
+        if live.run is not self._run and self._unopened is not None and not self._asked:
+            opened = live.run.prepared.robot.name == self._unopened.robot
+            _require(files.unopened is not None or opened, "the skin for a robot that is not open is lost")
+        self._unopened = files.unopened
         if choice is not None and live.replay.player is None:
             _require(self._shows(choice), "the panel shows another skin than the chosen one", choice)
         self._choice = choice
