@@ -77,8 +77,8 @@ SAVES: dict[str, Callable[..., None]] = {
 }
 
 
-def old_or_new(folder: Path, name: str) -> int:
-    """Return the number of system calls of a save; a kill between any two leaves the file complete."""
+def old_or_new(folder: Path, name: str, every: int) -> int:
+    """Return the number of kills, one before each ``every``-th system call of a save; the file is complete."""
     path = folder / name
     save = SAVES[name]
     save(path, moved=True)
@@ -88,7 +88,7 @@ def old_or_new(folder: Path, name: str) -> int:
     assert old != new
     seen: list[bytes] = []
     others = set(os.listdir(folder))
-    for _ in killed_at_each_system_call(partial(save, path, moved=True)):
+    for _ in killed_at_each_system_call(partial(save, path, moved=True), every=every):
         seen.append(path.read_bytes())
         left = set(os.listdir(folder)) - others
         assert all(one.startswith(".tactile-maps-") and one.endswith(".part") for one in left), left
@@ -169,10 +169,17 @@ def child() -> Iterator[Child]:
 
 
 @pytest.mark.parametrize(
-    "name", [name if name != "skin.npz" else pytest.param(name, marks=pytest.mark.long) for name in SAVES]
+    ("name", "every"),
+    [
+        ("map.npz", 1),
+        ("touches.toml", 1),
+        ("study.csv", 4),
+        pytest.param("skin.npz", 1, marks=pytest.mark.long),
+        pytest.param("study.csv", 1, marks=pytest.mark.long),
+    ],
 )
-def test_killed_save_leaves_the_old_file_or_the_new_one(child, tmp_path, name):
-    assert child.call(old_or_new, tmp_path, name, seconds=SECONDS) >= 8
+def test_killed_save_leaves_the_old_file_or_the_new_one(child, tmp_path, name, every):
+    assert child.call(old_or_new, tmp_path, name, every, seconds=SECONDS) >= 8
 
 
 @pytest.mark.parametrize("every", [61, pytest.param(1, marks=pytest.mark.long)])
