@@ -22,6 +22,17 @@ def subject():
     return Subject.of(prepared.map, prepared=prepared)
 
 
+@pytest.fixture
+def coarse_reference(monkeypatch):
+    """A reference run of four times the usual step, for tests that do not depend on its accuracy."""
+    usual = simulation_stage.REFERENCE_EFFECTS
+    with monkeypatch.context() as patching:
+        patching.setattr(simulation_stage, "REFERENCE_EFFECTS", replace(usual, timestep=4 * usual.timestep))
+        simulation_stage._pressed_and_reference.cache_clear()
+        yield
+    simulation_stage._pressed_and_reference.cache_clear()
+
+
 def trial(subject, integrator, timestep_ms):
     (found,) = STAGE.trials(subject, Setting("simulation", integrator, {"timestep_ms": timestep_ms}))
     return found
@@ -84,6 +95,7 @@ LIMITS = {"implicitfast": (0.93, 1.07), "implicit": (0.93, 1.07)}
 """Shares of it."""
 
 
+@pytest.mark.usefixtures("coarse_reference")
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("integrator", LIMITS)
 def test_contact_is_stable_exactly_up_to_the_predicted_limit(subject, integrator):
@@ -109,6 +121,7 @@ def _few(subject):
     return [trial(subject, name, step) for name in ("implicitfast", "discrete") for step in (0.5, 1.0)]
 
 
+@pytest.mark.usefixtures("coarse_reference")
 def test_limit_is_placed_on_the_curve_at_its_time_step(subject):
     trials = _few(subject)
     (line,) = diagram(STAGE, trials).limits
