@@ -18,7 +18,6 @@ from tactile_widgets.panels.touch.requested_motion_panel import RequestedMotionP
 from tactile_widgets.session.live_input import LiveInputSettings
 from tests.support.touch import bar_skin, prepared_bar
 from tests.widgets.support.mouse import left_click
-from tests.widgets.support.window_driver import run
 
 
 @pytest.fixture
@@ -59,7 +58,8 @@ def panel(window_again, tmp_path):
     def read(count):
         for _ in range(count):
             clock[0] += 0.05
-            run(window_again, 0.05)
+            window_again.live.runner.run_for(0.05)
+        window_again.live.pump()
         panel.refresh()
 
     panel.read = read
