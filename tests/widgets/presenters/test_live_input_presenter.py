@@ -127,8 +127,9 @@ def connect(window, folder):
 
 
 @pytest.fixture
-def prepared_by_user(window):
-    """A window with a drawn path, another controller, goals, an effect, contact detection and an edited map."""
+def prepared_by_user(known_dialog, window_again):
+    """The shared window with a drawn path, another controller, goals, an effect, contact detection and an edited map."""
+    window = window_again
     draw_path(window, (5, 12, 20))
     window.column["controller"].choose_controller("hybrid")
     window.action("more_force").trigger()
@@ -142,7 +143,6 @@ def prepared_by_user(window):
     return window
 
 
-@pytest.mark.long
 def test_disconnect_keeps_the_settings_and_the_edited_map(prepared_by_user, tmp_path):
     window = prepared_by_user
     before = window.live.run.settings
