@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import pickle
+import re
 import time
 from pathlib import Path
 
@@ -149,7 +150,9 @@ def test_every_operation_that_can_fail_can_succeed():
     failing = set()
     succeeding = set()
     for path in Path(tactile_widgets.__file__).parent.rglob("*.py"):
-        for call in (node for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.Call)):
+        if not re.search("fault|succeed|errors_shown|say", text := path.read_text(encoding="utf8")):
+            continue
+        for call in (node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Call)):
             words = {word.arg: word.value for word in call.keywords}
             named = ast.unparse(call.func).split(".")[-1]
             if named == "partial" and call.args:
