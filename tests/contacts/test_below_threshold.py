@@ -23,7 +23,7 @@ mass = {mass}
 
 def notes(folder, *, mass, effects="", seconds=0.4):
     """Return the last note on a load below the threshold, and the frame, after a box was put down on a flat skin."""
-    places = np.linspace(-0.05, 0.05, 20)
+    places = np.linspace(-0.05, 0.05, 14)
     rows = [f"{x:.6f},{y:.6f},0.05,0,0,1" for x in places for y in places]
     (folder / "flat.csv").write_text("\n".join(["x,y,z,nx,ny,nz", *rows]))
     (folder / "scene.toml").write_text(SCENE.format(mass=mass, effects=effects))
