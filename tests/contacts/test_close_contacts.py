@@ -12,7 +12,6 @@ from tactile_maps.contacts.detection.regions import TaxelGraph, TaxelGroup
 from tactile_maps.contacts.detection.taxel_noise import TaxelNoise
 from tactile_maps.contacts.pipeline import ContactPipeline, ReadingSettings
 from tactile_maps.core.errors import SceneError
-from tactile_maps.maps.build import build_map
 from tactile_maps.tactile.sensors.sensor_chain import SensorChain
 from tactile_maps.tactile.sensors.sensor_effects import (
     Crosstalk,
@@ -22,10 +21,10 @@ from tactile_maps.tactile.sensors.sensor_effects import (
     SensorEffects,
     Threshold,
 )
-from tests.support.touch import bar, bar_skin
+from tests.support.touch import bar, bar_map
 
-SKIN = bar_skin(400, finer=3)
-MAP = build_map(SKIN)
+MAP = bar_map(400, finer=3)
+SKIN = MAP.skin
 POSITIONS = SKIN.patches[0].taxels.positions
 PITCH = float(np.median(np.linalg.norm(POSITIONS[SKIN.neighbours[:, 0]] - POSITIONS[SKIN.neighbours[:, 1]], axis=1)))
 CENTRE = np.array([0.2, 0.0, 0.02])

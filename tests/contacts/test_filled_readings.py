@@ -8,17 +8,16 @@ import pytest
 from tactile_maps.contacts.detection.filled_readings import LIMIT, TaxelFill
 from tactile_maps.contacts.pipeline import ContactPipeline, ReadingSettings, read_contacts
 from tactile_maps.core.errors import MapError, SceneError
-from tactile_maps.maps.build import build_map
 from tactile_maps.scene.effects import Effects
 from tactile_maps.session.session import Session
 from tactile_maps.skin.model.skin import merge_skins
 from tactile_maps.tactile.mechanics.contact_notes import ContactNoteKind, contact_note_text
 from tactile_maps.tactile.press import press_skin
 from tactile_maps.tactile.sensors.sensor_effects import DeadTaxels, SensorEffects
-from tests.support.touch import bar, bar_skin, prepared_bar
+from tests.support.touch import bar, bar_map, prepared_bar
 
-SKIN = bar_skin(400, finer=3)
-MAP = build_map(SKIN)
+MAP = bar_map(400, finer=3)
+SKIN = MAP.skin
 HOLE = int(np.linalg.norm(SKIN.patches[0].taxels.positions - [0.2, 0.0, 0.02], axis=1).argmin())
 """A taxel in the middle of the skin."""
 THRESHOLD = 1000.0

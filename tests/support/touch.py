@@ -92,9 +92,9 @@ def prepared_bar(*, hinged: bool = True, **scene) -> PreparedScene:
 
 
 @cache
-def bar_map(taxels: int = 60) -> TactileMap:
+def bar_map(taxels: int = 60, *, finer: int = 1) -> TactileMap:
     """Return the map of the bar's skin."""
-    return build_map(bar_skin(taxels))
+    return build_map(bar_skin(taxels, finer=finer))
 
 
 @cache

@@ -10,13 +10,12 @@ import pytest
 from tactile_maps.contacts.detection.detection import ContactDetector
 from tactile_maps.contacts.force_estimation.estimate import Wrench
 from tactile_maps.contacts.force_estimation.wrench_consistency import wrench_mismatch
-from tactile_maps.maps.build import build_map
 from tactile_maps.tactile.mechanics.loads import Load, sphere_load
 from tactile_maps.tactile.models.water_fill import WaterFillModel
-from tests.support.touch import bar_skin
+from tests.support.touch import bar_map
 
-SKIN = bar_skin(400)
-MAP = build_map(SKIN)
+MAP = bar_map(400)
+SKIN = MAP.skin
 POSITIONS = SKIN.positions
 UP = np.array([0.0, 0.0, 1.0])
 

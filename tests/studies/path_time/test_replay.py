@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -18,10 +19,15 @@ from tactile_maps.studies.running.study_table import read_study_table
 from tactile_maps.studies.testbeds.path_following import TrueContact, run_path
 
 
+@cache
+def _rows(study):
+    return read_study_table(asset("findings", f"{study}.csv")).rows
+
+
 def _row(study, **cells):
     """The first of our arm's rows with these cells."""
-    rows = read_study_table(asset("findings", f"{study}.csv")).rows
-    return next(row for row in rows if row["robot"] == "arm" and all(str(row[k]) == v for k, v in cells.items()))
+    own = (row for row in _rows(study) if row["robot"] == "arm")
+    return next(row for row in own if all(str(row[k]) == v for k, v in cells.items()))
 
 
 NOMINAL = _row("force-feedback")
