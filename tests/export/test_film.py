@@ -11,21 +11,17 @@ from tactile_maps.export.pictures import FilmFrame
 av = pytest.importorskip("av", reason="PyAV is not installed (extra export)")
 
 
-RATE = 10.0
-"""Frames of the film per second."""
-
-
 @pytest.fixture(scope="module")
 def pictures(player, tmp_path_factory):
     path = tmp_path_factory.mktemp("film") / "out.mp4"
-    export_recording(player, path, to="mp4", options=ExportOptions(rate=RATE))
+    export_recording(player, path, to="mp4", options=ExportOptions(rate=20.0))
     with av.open(str(path)) as container:
-        assert float(container.streams.video[0].average_rate) == RATE
+        assert float(container.streams.video[0].average_rate) == 20.0
         return [frame.to_ndarray(format="rgb24") for frame in container.decode(video=0)]
 
 
 def test_film_has_a_frame_for_each_time(pictures, player):
-    assert len(pictures) == int(player.duration * RATE + 1e-9) + 1
+    assert len(pictures) == int(player.duration * 20.0 + 1e-9) + 1
 
 
 @pytest.mark.long
@@ -52,11 +48,11 @@ def test_pictures_are_at_equal_steps_and_show_the_contacts_of_their_times(player
 
 def test_frames_are_the_drawn_pictures(pictures, player, frames):
     """Up to what H.264 loses; the scale is the next round number above the highest pressure shown."""
-    shown = [player.frame(player.number_at(k / RATE)) for k in range(len(pictures))]
+    shown = [player.frame(player.number_at(k / 20.0)) for k in range(len(pictures))]
     highest = 1e-3 * max(frame.pressures.max() for frame in shown)
     scale = next(step for step in (1, 2, 5, 10, 20, 50, 100, 200) if step >= highest)
     canvas = FilmFrame(player.prepared.map, scale)
-    touched = max(range(4), key=lambda k: shown[k].pressures.max())  # before the edit of the map
+    touched = max(range(6), key=lambda k: shown[k].pressures.max())  # before the edit of the map
     drawn = canvas.picture(shown[touched])
     assert drawn.shape == pictures[touched].shape
     assert np.abs(drawn.astype(int) - pictures[touched]).mean() < 3
@@ -65,5 +61,5 @@ def test_frames_are_the_drawn_pictures(pictures, player, frames):
 
 def test_edited_map_is_drawn_from_the_tick_of_the_edit(pictures, player):
     tick = next(tick for tick, act in player.inputs if type(act).__name__ == "MapEdited")
-    number = int(np.ceil(tick * player.prepared.scene.tick * RATE)) + 1
+    number = int(np.ceil(tick * player.prepared.scene.tick * 20.0)) + 1
     assert np.abs(pictures[number].astype(int) - pictures[0]).mean() > 3

@@ -128,7 +128,7 @@ def connect(window, folder):
 
 @pytest.fixture
 def prepared_by_user(known_dialog, window_again):
-    """The shared window with a drawn path, another controller, goals, an effect, contact detection and an edited map."""
+    """The shared window with a path, another controller, goals, an effect, contact detection and an edited map."""
     window = window_again
     draw_path(window, (5, 12, 20))
     window.column["controller"].choose_controller("hybrid")
