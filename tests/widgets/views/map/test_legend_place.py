@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from PySide6.QtCore import QRectF, QSizeF
+from PySide6.QtGui import QTransform
 
 from tactile_widgets.views.map.items.map_coordinates import SceneTransform
 from tactile_widgets.views.map.items.map_shapes import ChartShape, MapShapes, PatchShape
@@ -99,3 +100,26 @@ def test_legend_is_at_a_side_where_no_corner_is_free():
     (box,) = place.boxes([SIZE], shapes(waist), ROOM)
     assert box.right() == ROOM.right() - EDGE
     assert 120 < box.top() < box.bottom() < 280
+
+
+def test_legend_is_placed_by_the_current_view_and_stays_while_it_hides_nothing():
+    """An edit keeps the view, in which another corner may be free than with all of the map framed."""
+    place = LegendPlace(EDGE)
+    place.framing([], shapes(WHOLE), ROOM)
+    left = QTransform.fromScale(200, 380)
+    (box,) = place.boxes([SIZE], shapes(WHOLE), ROOM, left)
+    assert corner(box) == "upper right"
+    assert place.boxes([SIZE], shapes(WHOLE), ROOM, QTransform()) == [box], "another patch of the same shape"
+    right = QTransform.fromTranslate(200, 0)
+    right.scale(190, 380)
+    (box,) = place.boxes([SIZE], shapes(WHOLE), ROOM, right)
+    assert corner(box) == "upper left"
+    (other,) = place.boxes([SIZE], shapes(WITHOUT["lower right"]), ROOM, right)
+    assert other == box, "it hides nothing"
+
+
+def test_legend_in_a_lower_corner_leaves_room_for_a_message():
+    upper_half = shapes([(0, 0), (1, 0), (1, 0.5), (0, 0.5)])
+    (box,) = LegendPlace(EDGE).boxes([SIZE], upper_half, ROOM, QTransform.fromScale(396, 396))
+    assert corner(box) == "lower right"
+    assert box.bottom() < ROOM.bottom() - 70

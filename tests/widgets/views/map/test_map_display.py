@@ -120,7 +120,9 @@ def test_whole_map_stays_in_view_next_to_the_legend_of_a_base_layer(view, docume
     view.show_document(document)
     view.set_overlays(replace(at_first(LAYERS), base=BaseLayer.AREA))
     room = QRectF(view.viewport().rect())
-    boxes = [box for _, box in view._painter._legends_of(view.marks, view.picture.shapes, room)]
+    boxes = [
+        box for _, box in view._painter._legends_of(view.marks, view.picture.shapes, view.viewportTransform(), room)
+    ]
     low, high = view.picture.shapes.bounds
     whole = view.viewportTransform().mapRect(QRectF(*low, *(high - low)))
     assert boxes

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF, QSizeF, Qt
-from PySide6.QtGui import QColor, QImage, QPainter
+from PySide6.QtGui import QColor, QImage, QPainter, QPolygonF, QTransform
 
 from tactile_maps.core.arrays import FloatArray
 from tactile_widgets.views.map.items.map_coordinates import MARGIN_PX, MapCamera
@@ -21,6 +21,8 @@ _STEP = 4
 """Resolution at which hidden parts of the map are found [px]."""
 _CAPTION = 34.0
 """Height of other captions with their gap [px]: the chip upper left, the scale below."""
+_MESSAGE = 84.0
+"""Height that the lower corners leave for a message over the views [px]."""
 _GAP = 8.0
 """Between two legends, and between a legend and the map [px]."""
 _NAME = 16.0
@@ -32,8 +34,9 @@ _SMALLEST = 0.4
 class LegendPlace:
     """Keeps the place of the legends until map, viewport or legends change.
 
-    It is the place with most room while the whole map is in view: legends that move while the map is panned and zoomed
-    below them would be worse than a map that is hidden in part.
+    It is the place with most room in the current view or, if that shows only a part of the map, with all of it in view:
+    legends that move while the map is panned and zoomed below them would be worse than a map that is hidden in part.
+    Where they hide nothing, legends stay also when the map changes.
 
     Args:
         edge: Distance from the viewport's edge [px].
@@ -63,7 +66,7 @@ class LegendPlace:
         if camera is None or not sizes:
             return camera
         whole = _whole(sizes)
-        cover = _CoveredRoom(shapes, room, camera)
+        cover = _CoveredRoom(_framed(shapes, room, camera), room)
         if not cover.hidden(_freest(whole, room, self._edge, cover)):
             return camera
         down = whole.height() + self._edge + _GAP + _NAME - MARGIN_PX
@@ -76,13 +79,16 @@ class LegendPlace:
             self._framed = smaller
         return self._framed
 
-    def boxes(self, sizes: Sequence[QSizeF], shapes: MapShapes, room: QRectF) -> list[QRectF]:
+    def boxes(
+        self, sizes: Sequence[QSizeF], shapes: MapShapes, room: QRectF, view: QTransform | None = None
+    ) -> list[QRectF]:
         """Place legends one below the other at a side, where they hide the least of the map.
 
         Args:
             sizes: Size of each legend [px].
             shapes: Shapes of the map.
             room: The viewport.
+            view: Conversion of scene units to pixels; None for the whole map in view.
 
         Returns:
             Box of each legend [px]. Among equal places, the first of upper right, lower right, upper left, lower left
@@ -94,8 +100,12 @@ class LegendPlace:
         of = (shapes, whole.width(), whole.height(), room.width(), room.height())
         if self._of != of:
             self._of = of
-            cover = _CoveredRoom(shapes, room, self._framed or _framing(shapes))
-            self._box = _freest(whole, room, self._edge, cover)
+            outlines = [] if view is None else [view.map(polygon(outline)) for outline in _outlines(shapes)]
+            if not all(room.contains(outline.boundingRect()) for outline in outlines) or not outlines:
+                outlines = _framed(shapes, room, self._framed or _framing(shapes))
+            cover = _CoveredRoom(outlines, room)
+            if self._box.size() != whole or not room.contains(self._box) or cover.hidden(self._box):
+                self._box = _freest(whole, room, self._edge, cover)
         return list(_stacked(sizes, self._box, to_right=self._box.center().x() > room.center().x()))
 
 
@@ -120,15 +130,14 @@ def _stacked(sizes: Sequence[QSizeF], whole: QRectF, *, to_right: bool) -> Itera
 
 
 class _CoveredRoom:
-    """The part of the viewport that patches cover while the whole map is in view.
+    """The part of the viewport that patches cover.
 
     Args:
-        shapes: Shapes of the map.
+        outlines: Outlines of the patches [px].
         room: The viewport.
-        camera: Camera with the whole map in view; None if no patch is shown.
     """
 
-    def __init__(self, shapes: MapShapes, room: QRectF, camera: MapCamera | None) -> None:
+    def __init__(self, outlines: Sequence[QPolygonF], room: QRectF) -> None:
         columns = max(math.ceil(room.width() / _STEP), 1)
         rows = max(math.ceil(room.height() / _STEP), 1)
         picture = QImage(columns, rows, QImage.Format.Format_Grayscale8)
@@ -137,8 +146,8 @@ class _CoveredRoom:
         painter.scale(1 / _STEP, 1 / _STEP)
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(QColor(255, 255, 255))
-        for outline in _framed(shapes, room, camera):
-            painter.drawPolygon(polygon(outline))
+        for outline in outlines:
+            painter.drawPolygon(outline)
         painter.end()
         pixels = np.frombuffer(picture.constBits(), np.uint8).reshape(rows, picture.bytesPerLine())[:, :columns]
         self._sums = np.zeros((rows + 1, columns + 1))
@@ -158,11 +167,12 @@ def _freest(size: QSizeF, room: QRectF, edge: float, cover: _CoveredRoom) -> QRe
     inner = room.adjusted(edge, edge, -edge, -edge)
     right = inner.right() - size.width()
     bottom = inner.bottom() - size.height() - _CAPTION
+    lower = max(inner.bottom() - size.height() - _MESSAGE, inner.top() + _CAPTION)
     corners = (
         QPointF(right, inner.top()),
-        QPointF(right, bottom),
+        QPointF(right, lower),
         QPointF(inner.left(), inner.top() + _CAPTION),
-        QPointF(inner.left(), bottom),
+        QPointF(inner.left(), lower),
     )
     best = min((QRectF(corner, size) for corner in corners), key=cover.hidden)
     if not cover.hidden(best):
@@ -175,15 +185,16 @@ def _freest(size: QSizeF, room: QRectF, edge: float, cover: _CoveredRoom) -> QRe
     return min((best, *(QRectF(place, size) for place in sides)), key=cover.hidden)
 
 
-def _framed(shapes: MapShapes, room: QRectF, camera: MapCamera | None) -> list[FloatArray]:
+def _outlines(shapes: MapShapes) -> list[FloatArray]:
+    """Outlines of the shown patches [scene units]."""
+    return [patch.to_scene(patch.chart.outline) for patch in shapes.patches if patch.shown]
+
+
+def _framed(shapes: MapShapes, room: QRectF, camera: MapCamera | None) -> list[QPolygonF]:
     """Outlines of the shown patches when the whole map is in view [px]."""
     if camera is None:
         return []
     viewport = (room.width(), room.height())
     scale = camera.scale(viewport)
     middle = np.array(viewport) / 2
-    return [
-        (patch.to_scene(patch.chart.outline) - camera.centre) * scale + middle
-        for patch in shapes.patches
-        if patch.shown
-    ]
+    return [polygon((outline - camera.centre) * scale + middle) for outline in _outlines(shapes)]

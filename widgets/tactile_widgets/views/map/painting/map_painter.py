@@ -227,7 +227,7 @@ class MapPainter:
         self, marks: MapMarks, picture: MapCanvas, view: QTransform, room: QRectF
     ) -> list[tuple[QRectF, str]]:
         """Return box and text of the patches' names."""
-        legends = [box for _, box in self._legends_of(marks, picture.shapes, room)]
+        legends = [box for _, box in self._legends_of(marks, picture.shapes, view, room)]
         scale, *_ = self._scale(picture.shapes.frame.scale * view.m11(), room)
         names = self._names.names(picture.shapes, view, room, legends, scale)
         return [(box, text) for box, text in names if text not in self.left_out]
@@ -236,7 +236,7 @@ class MapPainter:
         """Return the boxes of all captions except those of contacts: names, state, scale bar and legends."""
         names = self._name_chips(marks, picture, view, room)
         scale, *_ = self._scale(picture.shapes.frame.scale * view.m11(), room)
-        legends = self._legends_of(marks, picture.shapes, room)
+        legends = self._legends_of(marks, picture.shapes, view, room)
         return [
             *(box for box, _ in names),
             *self._state_boxes(marks),
@@ -256,7 +256,7 @@ class MapPainter:
             room: The viewport.
             whole_map: Whether they must not hide a patch either.
         """
-        legends = [box for _, box in self._legends_of(marks, picture.shapes, room)]
+        legends = [box for _, box in self._legends_of(marks, picture.shapes, view, room)]
         *captions, scale = self.caption_boxes(marks, picture, view, room)[: -len(legends) or None]
         boxes = [scale, *legends]
         if not all(room.contains(box) for box in boxes):
@@ -382,7 +382,7 @@ class MapPainter:
         ):
             draw_cross(painter, hover, 4, 10, self._halo_and_accent())
         self._paint_scale_bar(painter, picture.shapes.frame.scale * view.m11(), room)
-        self._paint_legends(painter, marks, picture.shapes, room)
+        self._paint_legends(painter, marks, picture.shapes, view, room)
         counts = more_contacts(len(marks.contacts))
         paint_state(painter, room, self.theme, marks.state, counts)
 
@@ -402,10 +402,12 @@ class MapPainter:
         legends = [legend for legend in (marks.legend, task, faults, *marks.layers) if legend is not None]
         return [legend.fitted(_WIDEST_LEGEND * room.width(), self._caption) for legend in legends]
 
-    def _legends_of(self, marks: MapMarks, shapes: MapShapes, room: QRectF) -> list[tuple[Legend, QRectF]]:
+    def _legends_of(
+        self, marks: MapMarks, shapes: MapShapes, view: QTransform, room: QRectF
+    ) -> list[tuple[Legend, QRectF]]:
         """Return the legends of colours and marks with their boxes, one below the other."""
         legends = self._all_legends(marks, room)
-        boxes = self._legends.boxes([legend.size(self._caption) for legend in legends], shapes, room)
+        boxes = self._legends.boxes([legend.size(self._caption) for legend in legends], shapes, room, view)
         chips = self._state_boxes(marks)
         met = [chip.bottom() + 6 - boxes[0].top() for chip in chips if any(chip.intersects(box) for box in boxes)]
         down = max(met, default=0.0)  # in a narrow view
@@ -416,9 +418,11 @@ class MapPainter:
         chips = state_chips(self._caption, marks.state, counts)
         return [box for box, *_ in chips]
 
-    def _paint_legends(self, painter: QPainter, marks: MapMarks, shapes: MapShapes, room: QRectF) -> None:
+    def _paint_legends(
+        self, painter: QPainter, marks: MapMarks, shapes: MapShapes, view: QTransform, room: QRectF
+    ) -> None:
         entries = task_legend_entries(marks.task)
-        for number, (legend, box) in enumerate(self._legends_of(marks, shapes, room)):
+        for number, (legend, box) in enumerate(self._legends_of(marks, shapes, view, room)):
             draw = partial(legend.paint, box=box, font=self._caption, theme=self.theme)
             if entries and number == int(marks.legend is not None):
                 self._legend_cache.paint(painter, (entries, self.theme), box, draw)
