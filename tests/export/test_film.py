@@ -59,6 +59,14 @@ def test_frames_are_the_drawn_pictures(pictures, player, frames):
     assert np.abs(canvas.picture(shown[0]).astype(int) - drawn).max() > 100
 
 
+def test_pictures_state_the_time_at_which_they_are_shown(pictures, player):
+    canvas = FilmFrame(player.prepared.map, 10)
+    titles = [canvas.picture(player.frame(player.number_at(k / 20.0)))[:30].astype(int) for k in range(len(pictures))]
+    for k, picture in enumerate(pictures):
+        most_similar = np.argmin([np.abs(title - picture[:30]).sum() for title in titles])
+        assert most_similar == k
+
+
 def test_edited_map_is_drawn_from_the_tick_of_the_edit(pictures, player):
     tick = next(tick for tick, act in player.inputs if type(act).__name__ == "MapEdited")
     number = int(np.ceil(tick * player.prepared.scene.tick * 20.0)) + 1

@@ -105,6 +105,15 @@ def test_disconnecting_simulates_again(live, prepared, readings):
     live.connection.close()
 
 
+def test_simulation_after_readings_starts_with_the_map_edited_meanwhile(live, prepared, readings):
+    live.connection.open(readings)
+    edited = replace(prepared.map)
+    live.edit_map(edited, "Move")
+    live.connection.close()
+    assert live.run.settings.map is edited
+    assert live.runner.session.map is edited
+
+
 def test_second_source_replaces_the_first_and_keeps_the_original_scene(live, prepared, readings):
     live.connection.open(readings)
     first = live.live_input
