@@ -8,11 +8,12 @@ from pathlib import Path
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QAbstractSpinBox, QApplication, QComboBox, QPushButton, QSlider
+from PySide6.QtWidgets import QAbstractSpinBox, QApplication, QComboBox, QPushButton, QSlider, QVBoxLayout, QWidget
 
 from tactile_widgets.actions.keymap import KeyMap
 from tactile_widgets.common.mode import Mode
 from tactile_widgets.common.settings import Settings
+from tactile_widgets.panels.registry import PanelTab
 from tactile_widgets.window.palette_commands import action_commands
 from tests.widgets.support.mouse import left_click, left_drag, left_press, left_release, turn_wheel
 from tests.widgets.support.window_driver import replay_run, run
@@ -134,6 +135,7 @@ def value_of(control):
 
 def test_tool_keys_work_after_a_click_on_a_controller(window):
     """Wherever the keyboard is, but where text is typed."""
+    window.column.show_tab(PanelTab.CONTROL)
     button = window.column["controller"]._buttons["hold_force"]
     left_click(button)
     assert has_keyboard(window.robot_view), "the click gave the keyboard back"
@@ -189,6 +191,27 @@ def test_closed_drop_down_returns_the_focus(window, qtbot):
     QTest.keyClick(box.view(), KEY.Key_Escape)
     assert not box.view().isVisible()
     qtbot.waitUntil(lambda: has_keyboard(window.map_view))
+
+
+@pytest.mark.parametrize("leave", [lambda button: button.setEnabled(False), QPushButton.hide])
+def test_button_that_its_press_disables_or_hides_returns_the_focus(window, leave):
+    box = QWidget(window)
+    column = QVBoxLayout(box)
+    button, other = QPushButton("Send", box), QPushButton("Stop", box)
+    for part in (button, other):
+        column.addWidget(part)
+    button.clicked.connect(lambda: leave(button))
+    box.show()
+    focus(window.map_view)
+    QTest.keyClick(focus(button), KEY.Key_Return)
+    QApplication.processEvents()
+    assert QApplication.focusWidget() is window.map_view
+    button.show()
+    button.setEnabled(True)
+    left_click(button)
+    QApplication.processEvents()
+    assert QApplication.focusWidget() is window.map_view
+    box.deleteLater()
 
 
 def test_return_and_escape_on_a_slider_return_the_focus(window):

@@ -45,7 +45,8 @@ class FocusedKeys(QObject):
     presses a focused button, which Qt does only in dialogs.
 
     The view that had the focus last receives it again after a mouse click on a button, after a drop-down closes, and
-    at Return or Escape in a slider, a drop-down or a field. Only the focused widget is watched.
+    at Return or Escape in a slider, a drop-down or a field; also once a focused button is disabled or hidden, because
+    Qt then moves the focus to the next control, whose action Space would start. Only the focused widget is watched.
 
     Args:
         window: Window of the controls.
@@ -73,8 +74,10 @@ class FocusedKeys(QObject):
         application.focusChanged.connect(self._on_focus_changed)
 
     def _on_focus_changed(self, before: QWidget | None, now: QWidget | None) -> None:
+        unusable = False
         if before is not None and before is self._watched:
             before.removeEventFilter(self)
+            unusable = isinstance(before, QAbstractButton) and not (before.isEnabled() and before.isVisible())
         if now in self._views:
             self._view = now
             self._watched = None
@@ -84,7 +87,8 @@ class FocusedKeys(QObject):
         if self._watched is not None:
             self._watched.installEventFilter(self)
         # The list of a drop-down is a window of its own.
-        if isinstance(now, QComboBox) and isinstance(before, QAbstractItemView) and before.window() is not self._window:
+        closed = isinstance(now, QComboBox) and isinstance(before, QAbstractItemView)
+        if unusable or (closed and before is not None and before.window() is not self._window):
             self._return_focus_soon()
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:

@@ -7,7 +7,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPoint
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QComboBox, QLabel, QPushButton
 
 from tactile_maps.contacts.pipeline import ReadingSettings
@@ -15,6 +16,7 @@ from tactile_maps.live.readings.arrival import ArrivalCounts, Delay
 from tactile_maps.live.session.connection import ConnectionState, ConnectionStatus
 from tactile_maps.live.sources.open import SourceOptions
 from tactile_maps.recording.player import open_recording
+from tactile_widgets.common.mode import Mode
 from tactile_widgets.common.note_list import NoteList
 from tactile_widgets.panels.control.behaviours_panel import BehavioursPanel
 from tactile_widgets.panels.control.controller_panel import ControllerPanel
@@ -360,6 +362,29 @@ def test_readings_of_a_file_that_wait_are_counted(window, tmp_path):
         run(window, 0.05)
     panel.refresh()
     assert (text(panel, "state"), text(panel, "counts")) == ("Ended", "4")
+    window.live.connection.close()
+
+
+@pytest.mark.parametrize("by_key", [False, True])
+def test_tare_returns_the_focus_so_that_space_pauses(window, tmp_path, by_key):
+    panel = opened(window, tmp_path, [(number, 20) for number in range(90)])
+    run_readings(window, 20)
+    panel.refresh()
+    window.map_view.setFocus()
+    tare = panel.findChild(QPushButton, "live-tare")
+    if by_key:
+        tare.setFocus()
+        QTest.keyClick(tare, Qt.Key.Key_Space)
+    else:
+        left_click(tare)
+    QApplication.processEvents()
+    assert not tare.isEnabled()
+    assert window.focusWidget() is window.map_view
+    windows = QApplication.topLevelWidgets()
+    QTest.keyClick(window.focusWidget(), Qt.Key.Key_Space)
+    assert not [made for made in QApplication.topLevelWidgets() if made.isVisible() and made not in windows]
+    assert window.live.mode is Mode.PAUSED
+    window.action("pause").trigger()
     window.live.connection.close()
 
 
