@@ -26,7 +26,7 @@ from tactile_widgets.dialogs.controller_comparison.metrics_table import NONE, RO
 from tactile_widgets.presenters.control.comparison_presenter import _first_two
 from tests.widgets.support.mouse import left_click, left_double_click, left_release
 from tests.widgets.support.samples import middle_taxel
-from tests.widgets.support.window_driver import run
+from tests.widgets.support.window_driver import replay_run, run
 
 
 @pytest.fixture(scope="module")
@@ -207,6 +207,27 @@ def test_change_after_a_run_marks_the_results_as_outdated(board):
     assert board.traces[0].settings.controller == "priority"
     click(board, "comparison-run")
     assert note(board) == ""
+
+
+def test_results_are_dropped_with_their_scene(board, touched_window, prepared, tmp_path):
+    click(board, "comparison-run")
+    window = touched_window
+    replay_run(window, tmp_path / "same.mcap", 0.1)
+    window.live.replay.leave()
+    assert len(board.traces) == 2, "results of the scene that is shown stay"
+    comparison = window.presenters.comparison
+    comparison.dialog.close()
+    window.live.show_prepared(replace(prepared, scene=replace(prepared.scene, seed=prepared.scene.seed + 1)))
+    window.action("compare_controllers").trigger()
+    assert board.traces == ()
+    assert not curves(board, "force")
+    assert board._empty.isVisible()
+    assert not board.findChild(QPushButton, "comparison-export").isVisible()
+    assert not any(button.isVisible() for button in board.findChildren(QPushButton) if button.text() == "Use A")
+    assert note(board) == "Results of the previous scene are dropped: run again."
+    click(board, "comparison-run")
+    assert note(board) == ""
+    assert len(board.traces) == 2
 
 
 @pytest.mark.long

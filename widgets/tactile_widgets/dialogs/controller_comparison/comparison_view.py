@@ -122,6 +122,13 @@ class ComparisonView(QWidget):
         self._show_traces()
         self._say("\n".join(ended))
 
+    def drop_results(self) -> None:
+        """Show no results, because another scene is shown."""
+        self.rest()
+        self.traces = ()
+        self._show_traces()
+        self._say("Results of the previous scene are dropped: run again.")
+
     def show_failed(self, text: str) -> None:
         """Show an error; previous results stay."""
         self.rest()

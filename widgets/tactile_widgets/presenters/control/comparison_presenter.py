@@ -12,6 +12,8 @@ from tactile_maps.control.controller_registry import has_task
 from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.core.errors import RecordingError, TactileMapsError
 from tactile_maps.core.files import write_atomically
+from tactile_maps.scene.scene import Scene
+from tactile_maps.session.prepare import PreparedScene
 from tactile_maps.studies.controller_comparison import ControllerTrace, trace_csv, with_fields
 from tactile_widgets.common.colours import Theme
 from tactile_widgets.common.controller_settings import GAIN_SETTINGS
@@ -44,9 +46,11 @@ class ComparisonPresenter(Presenter):
         self._panel = context.panels.get(ControllerPanel)
         self.executor = context.backends.executor("compare controllers", self)
         self.dialog: ComparisonDialog | None = None
+        self._scene: Scene | None = None  # shown when the comparison was started
         self._panel.comparison_requested.connect(self.open)
         context.actions.bind(compare_controllers=self.open)
         context.theme.changed.connect(self._on_theme_changed)
+        self._session.prepared_changed.connect(self._on_prepared_changed)
 
     @property
     def board(self) -> ComparisonView | None:
@@ -81,6 +85,8 @@ class ComparisonPresenter(Presenter):
         occasion = board.stimulus.occasion
         if occasion is None:
             return
+        assert self._session.prepared is not None
+        self._scene = self._session.prepared.scene
         task = self._panel.settings
         contenders = tuple(replace(one, settings=with_controller(task, one.settings)) for one in board.contenders)
         self.executor.close()
@@ -123,6 +129,13 @@ class ComparisonPresenter(Presenter):
             board.show_failed(str(error))
         else:
             self._notifier.say(f"Saved {path}", of="compare controllers")
+
+    def _on_prepared_changed(self, prepared: PreparedScene) -> None:
+        """Drop results, or stop the comparison, if another scene is shown than when it was started."""
+        if self.board is not None and self._scene is not None and prepared.scene != self._scene:
+            self._scene = None
+            self.executor.close()
+            self.board.drop_results()
 
     def _on_theme_changed(self, theme: Theme) -> None:
         if self.board is not None:
