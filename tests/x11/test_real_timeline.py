@@ -26,7 +26,7 @@ def write_state(_change=None):
 
 def replay():
     recorder = window.live.recording.recorder
-    if recorder.frames * recorder.tick >= 2.0:  # simulated time: a busy machine simulates less of it
+    if recorder.seconds >= 2.0:  # simulated time: a busy machine simulates less of it
         recording.stop()
         window.live.recording.stop()
         window.live.open_recording(FOLDER / "one.mcap")

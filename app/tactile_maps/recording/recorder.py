@@ -81,7 +81,7 @@ class Recorder:
         self.tick = prepared.scene.tick
         self._inputs = 0
         self._map = prepared.map
-        self._latest = -1
+        self._first = self._latest = -1
         self._prepared: PreparedScene | None = prepared  # until it is written
         self._file = RecordingFile(self.path, overwrite=overwrite)
         self._stream = self._file.stream
@@ -133,6 +133,8 @@ class Recorder:
             events = [("/event", event.tick, encode_event(event)) for event in new][::-1]
             shown = self._shown(frame, inputs[self._inputs :])
             self._add(inputs, *events, ("/frame", frame.tick, encode_frame(frame)), *shown)
+            if not self.frames:
+                self._first = frame.tick
             self._latest = frame.tick
             self.frames += 1
 
@@ -199,6 +201,11 @@ class Recorder:
     def written(self) -> Path:
         """The file being written: different from ``path`` while an existing file is being replaced."""
         return self._file.written
+
+    @property
+    def seconds(self) -> float:
+        """Time from the first frame to the newest one [s]."""
+        return (self._latest - self._first) * self.tick
 
     @property
     def bytes_written(self) -> int:

@@ -154,6 +154,19 @@ def test_rejected_packets_between_readings_are_not_reported(stream, untouched):
     assert stream.messages == []
 
 
+def test_recording_clock_shows_the_time_since_the_first_recorded_frame(stream, untouched, tmp_path, qtbot):
+    window = stream.window
+    stream.send(untouched, 5)
+    window.live.recording.start(tmp_path / "skin.mcap")
+    note = window.context.timeline._note
+    stream.send(untouched, 12)
+    recorder = window.live.recording.recorder
+    qtbot.waitUntil(lambda: recorder.frames == 13)
+    stream.send(untouched)
+    assert note.text().endswith(("Recording &nbsp;0:01.2", "Recording &nbsp;0:01.3")), "the last frame may be queued"
+    window.live.recording.stop()
+
+
 def test_views_state_the_age_of_the_readings_until_others_arrive(stream, untouched):
     """At the upper left of both views, and by the edge of the map."""
     views = stream.window.views

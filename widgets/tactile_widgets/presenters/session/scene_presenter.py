@@ -113,7 +113,7 @@ class ScenePresenter(Presenter):
         context.panels.show_frame(frame)
         context.plots.show_frame(frame)
         if (recorder := self._session.recording.recorder) is not None:
-            context.timeline.set_live(recorder.frames * recorder.tick, marks=self._session.recording.marks)
+            context.timeline.set_live(recorder.seconds, marks=self._session.recording.marks)
 
     def _on_rate_changed(self, rate: float) -> None:
         if self._session.replay.player is None:
