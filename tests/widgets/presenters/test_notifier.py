@@ -9,12 +9,13 @@ import time
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QAction
+from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLabel, QToolButton
 
 import tactile_widgets
-from tactile_widgets.context.notification_bar import READ_SECONDS
+from tactile_widgets.context.notification_bar import OFFER_SECONDS, READ_SECONDS
 from tests.widgets.support.mouse import left_click, left_release
 from tests.widgets.support.window_driver import cancel, press_map, record_run, run
 
@@ -58,23 +59,73 @@ def test_information_disappears_by_itself_and_a_failure_with_the_next_document(w
     ]
 
 
-def test_information_with_an_action_remains_while_the_action_is_possible(window, monkeypatch):
-    bar = window.notification_bar
-    now = time.monotonic()
-    actions = [QAction("Replay", bar), QAction("Show in folder", bar)]
+@pytest.fixture
+def later(window, monkeypatch):
+    """Function that lets seconds pass for the messages."""
+    now = [time.monotonic()]
+    monkeypatch.setattr(window.notification_bar, "_clock", lambda: now[0])
+
+    def wait(seconds):
+        now[0] += seconds
+        window.notification_bar._read.timeout.emit()
+
+    return wait
+
+
+def texts(window):
+    return [message.text for message in window.notification_bar.messages]
+
+
+def test_information_with_an_action_leaves_after_half_a_minute(window, later):
+    actions = [QAction("Replay", window), QAction("Show in folder", window)]
     window.notifier.say("Saved a.mcap", remedies=actions)
     window.notifier.say("Saved a.csv")
-    for later in (READ_SECONDS + 0.5, 100 * READ_SECONDS):
-        monkeypatch.setattr(bar, "_clock", lambda later=later: now + later)
-        bar._read.timeout.emit()
-        assert [message.text for message in bar.messages] == ["Saved a.mcap"]
+    later(READ_SECONDS + 0.5)
+    assert texts(window) == ["Saved a.mcap"]
+    later(OFFER_SECONDS - READ_SECONDS - 1.0)
+    assert texts(window) == ["Saved a.mcap"]
+    later(1.0)
+    assert texts(window) == []
+
+
+def test_information_whose_actions_are_not_possible_leaves_as_others_do(window, later):
+    actions = [QAction("Replay", window), QAction("Show in folder", window)]
+    window.notifier.say("Saved a.mcap", remedies=actions)
     actions[0].setEnabled(False)
-    bar._read.timeout.emit()
-    assert [message.text for message in bar.messages] == ["Saved a.mcap"]
+    later(READ_SECONDS + 0.5)
+    assert texts(window) == ["Saved a.mcap"]
     actions[1].setEnabled(False)
-    assert bar._read.isActive()
-    bar._read.timeout.emit()
-    assert bar.messages == ()
+    assert window.notification_bar._read.isActive()
+    later(0.5)
+    assert texts(window) == []
+
+
+def test_failures_offers_and_pending_messages_do_not_leave_by_time(window, later):
+    action = QAction("Simulate fingers", window)
+    pending = [True]
+    window.notifier.say("a.npz cannot be read", fault=True, remedies=[action])
+    window.notifier.offer("Restore the edits?", remedies=[action], dismiss="Later")
+    window.notifier.say("No finger is simulated", remedies=[action], pending=lambda: pending[0])
+    later(100 * OFFER_SECONDS)
+    assert texts(window) == ["a.npz cannot be read", "Restore the edits?", "No finger is simulated"]
+    pending[0] = False
+    later(0.5)
+    assert texts(window) == ["a.npz cannot be read", "Restore the edits?"]
+    window.notifier.withdraw()
+
+
+def test_time_under_the_pointer_does_not_count(window, later):
+    bar = window.notification_bar
+    window.notifier.say("Saved a.mcap", remedies=[QAction("Replay", window)])
+    later(OFFER_SECONDS - 1.0)
+    QTest.mouseMove(bar.findChild(QLabel, "message-text"))
+    later(2 * OFFER_SECONDS)
+    assert texts(window) == ["Saved a.mcap"]
+    QTest.mouseMove(window.map_view.viewport(), QPoint(20, 20))
+    later(0.5)
+    assert texts(window) == ["Saved a.mcap"]
+    later(0.5)
+    assert texts(window) == []
 
 
 def test_information_with_an_action_leaves_for_others_before_failures_do(window):

@@ -5,6 +5,7 @@ Messages float because a bar that resized the views would move the robot under t
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -25,7 +26,9 @@ _GAP = 6
 _MOST = 3
 """Maximum number of messages shown at a time; the list of messages keeps all."""
 READ_SECONDS = 6.0
-"""Time for which a message is shown that neither reports a failure nor asks or offers something [s]."""
+"""Time for which information without a possible action is shown [s]."""
+OFFER_SECONDS = 30.0
+"""Time for which information with a possible action is shown [s]."""
 _TURNING = {
     NavigationStyle.STANDARD: "Right-drag",
     NavigationStyle.MUJOCO: "Ctrl-drag",
@@ -84,8 +87,8 @@ class Message:
         of: Operation that the message is about, such as ``"open map"``; a newer message of the same operation, or its
             success, removes this one. Empty for none.
         kept: Whether only its buttons, or ``MessageStack.withdraw``, remove the message.
-        pending: Whether the message must still be shown, for example because its remedies help only now; None if it
-            must be as long as one of its remedies is possible.
+        pending: Whether the message must still be shown, for example because its remedies help only now; None if only
+            the time decides.
         warning: Whether the message is about a doubtful result, which the same operation may correct.
         lasting: Whether its actions do not act on what the window shows, so that it remains when that changes.
     """
@@ -111,10 +114,12 @@ class Message:
         return not (self.fault or self.warning or self.kept) and self.dismiss == "Dismiss"
 
     @property
-    def leaves(self) -> bool:
-        """Whether the message leaves by itself: information does, unless one of its actions is possible."""
-        possible = any(action.isEnabled() for action in self.remedies) if self.pending is None else self.pending()
-        return self.informs and not possible
+    def seconds(self) -> float:
+        """Time for which the message is shown [s]; infinite if it does not leave by itself now."""
+        if not self.informs or (self.pending is not None and self.pending()):
+            return math.inf
+        offers = self.pending is None and any(action.isEnabled() for action in self.remedies)
+        return OFFER_SECONDS if offers else READ_SECONDS
 
 
 class _Toast(QWidget):
@@ -172,10 +177,10 @@ class _Toast(QWidget):
 class MessageStack(FloatingBar):
     """Shows the newest messages at the lower right of its parent, the newest at the bottom.
 
-    Information leaves after ``READ_SECONDS`` unless the pointer is over it, it is pending, or an action that it offers
-    is possible. Failures and warnings leave when their operation succeeds. ``drop_outdated`` removes them and messages
-    with actions when something else is shown. The oldest message leaves for a fourth one, information first. Where not
-    all have room, the newest are shown.
+    Information leaves after ``READ_SECONDS``, after ``OFFER_SECONDS`` if an action that it offers is possible, and not
+    while it is pending. Time does not count while the pointer is over the messages. Failures and warnings leave when
+    their operation succeeds. ``drop_outdated`` removes them and messages with actions when something else is shown. The
+    oldest message leaves for a fourth one, information first. Where not all have room, the newest are shown.
 
     Args:
         theme: Colours.
@@ -201,6 +206,7 @@ class MessageStack(FloatingBar):
         self._theme = theme
         self._clock = clock
         self._toasts: list[_Toast] = []
+        self._read_at = clock()
         self._read = make(QTimer, self, interval=500, timeout=self._on_read)
         self._column = column_layout(parent=self, spacing=_GAP)
         self.setObjectName("messages")
@@ -306,15 +312,15 @@ class MessageStack(FloatingBar):
         self._update()
 
     def _on_read(self) -> None:
-        """Remove information that was shown long enough and is not under the pointer."""
+        """Remove information that was shown long enough. Time out of view or under the pointer does not count."""
         now = self._clock()
-        if not self.isVisible():
-            for toast in self._toasts:
-                toast.shown_at = now
-            return
+        counts = self.isVisible() and not self.underMouse()
         for toast in tuple(self._toasts):
-            if toast.message.leaves and now - toast.shown_at >= READ_SECONDS and not toast.underMouse():
+            if not counts:
+                toast.shown_at += now - max(toast.shown_at, self._read_at)
+            elif now - toast.shown_at >= toast.message.seconds:
                 self._drop(toast)
+        self._read_at = now
         self._update()
 
 
