@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from PySide6.QtCore import QEvent, QObject, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QShowEvent
@@ -135,7 +135,7 @@ class _Toast(QWidget):
         self.setObjectName("message-bar")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.setAccessibleName(message.text)
-        text = make(
+        self._text = text = make(
             QLabel,
             as_sentence(message.text),
             self,
@@ -160,6 +160,12 @@ class _Toast(QWidget):
         close.setText(message.dismiss)
         buttons.addWidget(close)
         self.set_theme(theme)
+
+    def set_text(self, text: str) -> None:
+        """Replace the text."""
+        self.message = replace(self.message, text=text)
+        self._text.setText(as_sentence(text))
+        self.setAccessibleName(text)
 
     def _button(self, name: str) -> QToolButton:
         style = Qt.ToolButtonStyle.ToolButtonTextOnly
@@ -235,6 +241,13 @@ class MessageStack(FloatingBar):
         self._column.addWidget(toast)
         toast.show()
         self._update()
+
+    def update_fault(self, text: str, of: str) -> None:
+        """Replace the text of the failure of an operation, if it is still shown."""
+        for toast in self._toasts:
+            if toast.message.fault and toast.message.of == of and toast.message.text != text:
+                toast.set_text(text)
+                self.place()
 
     def succeed(self, of: str) -> None:
         """Remove the failures and warnings of an operation, which succeeded now."""

@@ -93,6 +93,10 @@ class Notifier(QObject):
         """Show that an operation failed; the message is shown until the operation succeeds."""
         self.say(text, fault=True, of=of)
 
+    def update_fault(self, text: str, *, of: str) -> None:
+        """Replace the text of the failure of an operation, if it is still shown; the list of messages is unchanged."""
+        self._messages.update_fault(text, of)
+
     @contextmanager
     def errors_shown(self, of: str, *, finishes: bool = True) -> Iterator[None]:
         """Show an error of the ``with`` block as a failure of an operation; without one, the operation succeeded.

@@ -91,6 +91,10 @@ def test_rejected_packets_are_reported_until_readings_arrive(stream, untouched):
     QApplication.processEvents()
     assert bar.isVisible()
     assert bar.visibleRegion().boundingRect() == bar.rect(), "in view at this height"
+    stream.send(untouched[:-7], 3)
+    (message,) = stream.messages
+    assert f"{len(untouched) - 7}" in message, "the current reason"
+    assert f"{len(untouched) - 7}" in bar.findChild(QLabel, "message-text").text()
     bar.clear()
     stream.send_packet(b"no reading either")
     assert stream.messages == [], "reported once"

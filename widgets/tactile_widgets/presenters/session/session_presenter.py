@@ -224,15 +224,19 @@ class LiveInputPresenter(Presenter):
             self._notifier.succeed("send motion")
 
     def _on_gap_reported(self, gap: ReadingGap | None) -> None:
-        """Mark the views as old, and report why no readings are used, once for each cause until readings are used."""
+        """Mark the views as old, and report why no readings are used, once for each cause until readings are used.
+
+        The message states the newest reason while it is shown.
+        """
         self._context.views.show_gap("" if gap is None else gap.words)
         if gap is None:
             if self._reported is not None:
                 self._notifier.succeed("live readings")
             self._reported = None
-        elif gap.reason and gap.cause is not self._reported:
+        elif gap.reason:
+            report = self._notifier.update_fault if gap.cause is self._reported else self._notifier.fault
             self._reported = gap.cause
-            self._notifier.fault(f"No readings, because {gap.cause}: {gap.reason}", of="live readings")
+            report(f"No readings, because {gap.cause}: {gap.reason}", of="live readings")
 
     def _on_facts_shown(self, facts: MeasuredFacts) -> None:
         """Question a tare during which the skin seems to have been touched, until one follows without a touch."""
