@@ -125,6 +125,13 @@ def test_palette_shows_a_panel_of_another_tab(window, palette):
     assert window.column["quality"].isVisible()
 
 
+def test_palette_finds_a_panel_by_words_that_its_heading_lacks(window, palette):
+    QTest.keyClicks(palette.field, "compare maps")
+    assert texts(palette)[0] == "Panel > Compare"
+    QTest.keyClick(palette.field, KEY.Key_Return)
+    assert window.column["compare"].isVisible()
+
+
 @pytest.mark.long
 def test_list_of_keys_is_searched_and_opens_once(window, qtbot):
     for _ in range(2):

@@ -131,6 +131,8 @@ class Panel(QWidget):
     """The user moves the panel to its own window, or back to the column."""
     simulates = False
     """True if the panel changes a simulation, so that it is disabled while a real skin is shown."""
+    search_words = ""
+    """Words by which the command palette finds the panel, in addition to its heading."""
 
     def __init__(self, heading: str, name: str, parent: QWidget | None = None) -> None:
         super().__init__(parent)

@@ -27,6 +27,7 @@ class Command:
         keys: Shortcut as displayed; empty if there is none.
         tip: Tool tip.
         enabled: Whether it can be executed now; otherwise it is listed and has no effect.
+        words: More words by which it is found.
     """
 
     text: str
@@ -34,6 +35,7 @@ class Command:
     keys: str = ""
     tip: str = ""
     enabled: bool = True
+    words: str = ""
 
 
 def match_score(letters: str, text: str) -> float | None:
@@ -65,7 +67,7 @@ def matching(typed: str, commands: Sequence[Command]) -> list[Command]:
     words = typed.lower().split()
     scored: list[tuple[float, int]] = []
     for number, command in enumerate(commands):
-        lowered = command.text.lower()
+        lowered = f"{command.text} {command.words}".lower()
         score = match_score(typed, command.text)
         if all(word in lowered for word in words):
             score = min(score or 0.0, 0.5) + 0.01 * lowered.index(words[0])

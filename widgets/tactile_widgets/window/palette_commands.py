@@ -73,7 +73,7 @@ def listed_commands(menus: Mapping[str, QMenu], lists: Mapping[str, ListFiller])
 def panel_commands(column: PanelColumn, show: Callable[[], None]) -> list[Command]:
     """Return commands that show each panel; see ``setting_commands`` for the parameters."""
     return [
-        Command(f"Panel > {panel.accessibleName()}", partial(_reveal, column, panel, show))
+        Command(f"Panel > {panel.accessibleName()}", partial(_reveal, column, panel, show), words=panel.search_words)
         for panel in column
         if not panel.isHidden()
     ]

@@ -58,6 +58,7 @@ class ComparePanel(Panel):
     """Result for the quality card."""
     ended = Signal()
     """Emitted when the other layout was removed."""
+    search_words = "maps"
 
     def __init__(self, editor: MapEditor, parent: QWidget | None = None) -> None:
         super().__init__("Compare", "compare-panel", parent)
