@@ -128,6 +128,83 @@ def test_time_under_the_pointer_does_not_count(window, later):
     assert texts(window) == []
 
 
+def places(window):
+    """Return the upper edge of each visible message on the screen, by text."""
+    QApplication.processEvents()
+    labels = window.notification_bar.findChildren(QLabel)
+    return {label.text(): label.mapToGlobal(QPoint(0, 0)).y() for label in labels if label.isVisible()}
+
+
+def point_at(window, text):
+    """Move the pointer over a message."""
+    labels = window.notification_bar.findChildren(QLabel)
+    (label,) = [label for label in labels if label.isVisible() and label.text() == text]
+    QTest.mouseMove(label)
+    return label.parentWidget()
+
+
+def point_away(window):
+    QTest.mouseMove(window.map_view.viewport(), QPoint(20, 20))
+    QApplication.processEvents()
+
+
+def test_new_message_is_above_the_others_which_do_not_move(window):
+    window.notifier.fault("a.npz cannot be read")
+    before = places(window)
+    for name in "bc":
+        window.notifier.say(f"Saved {name}.mcap", remedies=[QAction("Replay", window)])
+        after = places(window)
+        assert after.items() > before.items()
+        assert min(after, key=after.get) == f"Saved {name}.mcap"
+        before = after
+
+
+def test_messages_under_the_pointer_do_not_move_or_leave(window, later):
+    replay = QAction("Replay", window)
+    pressed = []
+    replay.triggered.connect(lambda: pressed.append("Replay"))
+    window.notifier.say("Saved a.csv")
+    window.notifier.fault("b.npz cannot be read", of="open map")
+    window.notifier.say("Saved c.mcap", remedies=[replay])
+    before = places(window)
+    toast = point_at(window, "Saved c.mcap")
+    later(2 * READ_SECONDS)
+    window.notifier.succeed("open map")
+    window.notifier.fault("d.npz cannot be read")
+    assert places(window) == before
+    left_click(toast.findChild(QToolButton, "message-remedy"))
+    assert pressed == ["Replay"]
+    assert places(window).items() < before.items(), "the place of the message that was used remains empty"
+    point_away(window)
+    assert texts(window) == ["Saved a.csv", "d.npz cannot be read"]
+    assert list(places(window)) == ["Saved a.csv", "d.npz cannot be read"]
+
+
+def test_message_that_is_over_cannot_be_used_while_the_pointer_keeps_it(window):
+    window.notifier.say("a.npz cannot be read", fault=True, of="open map", remedies=[QAction("Help", window)])
+    toast = point_at(window, "a.npz cannot be read")
+    button = toast.findChild(QToolButton, "message-remedy")
+    assert button.isEnabled()
+    window.notifier.succeed("open map")
+    assert list(places(window)) == ["a.npz cannot be read"]
+    assert not button.isEnabled()
+    point_away(window)
+    assert places(window) == {}
+    assert not window.notification_bar.isVisible()
+
+
+def test_message_that_waited_for_room_takes_the_place_of_information(window):
+    for name in "abc":
+        window.notifier.say(f"Saved {name}.csv")
+    before = places(window)
+    point_at(window, "Saved a.csv")
+    for name in "de":
+        window.notifier.fault(f"{name}.npz cannot be read")
+        assert places(window) == before
+    point_away(window)
+    assert list(places(window)) == ["Saved c.csv", "d.npz cannot be read", "e.npz cannot be read"]
+
+
 def test_information_with_an_action_leaves_for_others_before_failures_do(window):
     window.notifier.fault("a.npz cannot be read", of="open map")
     window.notifier.say("Saved a.mcap", remedies=[QAction("Replay", window)])
@@ -166,7 +243,7 @@ def test_messages_are_a_stack_of_three_that_keeps_failures(window):
     labels = [label for label in bar.findChildren(QLabel) if label.isVisible()]
     heights = [label.mapTo(bar, label.rect().topLeft()).y() for label in labels]
     assert len(labels) == 3
-    assert heights == sorted(heights), "the newest is at the bottom"
+    assert heights == sorted(heights, reverse=True), "the newest is at the top"
     assert {note.text for note in window.column["messages"].list.notes} >= {"Saved b.csv", "Saved c.csv"}
     left_click(bar.findChild(QToolButton, "message-dismiss"))
     assert [message.text for message in bar.messages] == ["Saved c.csv", "Saved d.csv"]

@@ -123,7 +123,13 @@ class Message:
 
 
 class _Toast(QWidget):
-    """A message with its buttons."""
+    """A message with its buttons.
+
+    Attributes:
+        placed: Whether the message has a place in the stack, where there is room.
+        over: Whether the message leaves once the pointer is not over the stack.
+        dismissed: Whether one of its buttons was pressed.
+    """
 
     closed = Signal()
     """A button was pressed."""
@@ -132,6 +138,9 @@ class _Toast(QWidget):
         super().__init__(parent)
         self.message = message
         self.shown_at = shown_at
+        self.placed = False
+        self.over = False
+        self.dismissed = False
         self.setObjectName("message-bar")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.setAccessibleName(message.text)
@@ -171,6 +180,16 @@ class _Toast(QWidget):
         style = Qt.ToolButtonStyle.ToolButtonTextOnly
         return make(QToolButton, self, objectName=name, toolButtonStyle=style, clicked=self.closed)
 
+    def end(self, *, dismissed: bool = False) -> None:
+        """Disable the message, or hide it if it was dismissed; it keeps its place until the stack drops it."""
+        self.over = True
+        self.dismissed = self.dismissed or dismissed
+        self.setEnabled(False)
+        keeping = self.sizePolicy()
+        keeping.setRetainSizeWhenHidden(self.dismissed)
+        self.setSizePolicy(keeping)
+        self.setVisible(self.placed and not self.dismissed)
+
     def set_theme(self, theme: Theme) -> None:
         message = self.message
         edge = theme.fault if message.fault else theme.warning if message.warning else theme.accent
@@ -181,12 +200,15 @@ class _Toast(QWidget):
 
 
 class MessageStack(FloatingBar):
-    """Shows the newest messages at the lower right of its parent, the newest at the bottom.
+    """Shows the newest messages at the lower right of its parent, the newest at the top, so that others do not move.
 
     Information leaves after ``READ_SECONDS``, after ``OFFER_SECONDS`` if an action that it offers is possible, and not
     while it is pending. Time does not count while the pointer is over the messages. Failures and warnings leave when
     their operation succeeds. ``drop_outdated`` removes them and messages with actions when something else is shown. The
     oldest message leaves for a fourth one, information first. Where not all have room, the newest are shown.
+
+    While the pointer is over the messages, those shown keep their place, because one of their buttons may be aimed at.
+    Messages that leave meanwhile are disabled, or hidden if the user dismissed them, and newer ones wait for room.
 
     Args:
         theme: Colours.
@@ -220,26 +242,23 @@ class MessageStack(FloatingBar):
 
     @property
     def messages(self) -> tuple[Message, ...]:
-        """The messages that are shown, the newest last."""
-        return tuple(toast.message for toast in self._toasts)
+        """The messages that are shown or wait for room, the newest last."""
+        return tuple(toast.message for toast in self._toasts if not toast.over)
 
     @property
     def text(self) -> str:
         """Text of the newest message; empty if none is shown."""
-        return as_sentence(self._toasts[-1].message.text) if self._toasts else ""
+        return as_sentence(self.messages[-1].text) if self.messages else ""
 
     def show_message(self, message: Message) -> None:
-        """Show a message below the others; it replaces those of the same operation, or with the same text."""
+        """Show a message above the others; it replaces those of the same operation, or with the same text."""
         self._remove(
             lambda other: other.text == message.text or bool(message.of and other.of == message.of and not other.kept)
         )
-        while len(self._toasts) >= _MOST:
-            self._drop(min(self._toasts, key=lambda toast: _rank(toast.message)))
         toast = _Toast(message, self._clock(), self._theme, self)
         toast.closed.connect(self._on_closed)
         self._toasts.append(toast)
-        self._column.addWidget(toast)
-        toast.show()
+        self._column.insertWidget(0, toast)
         self._update()
 
     def update_fault(self, text: str, of: str) -> None:
@@ -280,11 +299,15 @@ class MessageStack(FloatingBar):
         narrowest = max(toast.row.minimumSize().width() for toast in self._toasts)
         width = min(max(room.width() - left, narrowest), room.width(), self._widest)
         height = -_GAP
-        for number, toast in enumerate(reversed(self._toasts)):
+        number = 0
+        newest_first = self._toasts[::-1]
+        for toast in sorted(self._toasts, key=lambda toast: not toast.placed) if self._held else newest_first:
             higher = height + _GAP + int(toast.row.heightForWidth(width))
-            toast.setVisible(number == 0 or higher <= room.height())
-            if toast.isVisibleTo(self):
+            toast.placed = number == 0 or (number < _MOST and higher <= room.height())
+            toast.setVisible(toast.placed and not toast.dismissed)
+            if toast.placed:
                 height = higher
+                number += 1
         self.resize(width, min(height, room.height()))
         self.move(self._parent.width() - width - _EDGE, self._parent.height() - self.height() - _EDGE)
         self.raise_()
@@ -295,44 +318,61 @@ class MessageStack(FloatingBar):
             self.place()
         return super().eventFilter(watched, event)
 
+    def leaveEvent(self, event: QEvent) -> None:
+        super().leaveEvent(event)
+        self._update()
+
+    @property
+    def _held(self) -> bool:
+        """Whether the pointer is over messages, so that none may move."""
+        shown = any(toast.placed and not toast.dismissed for toast in self._toasts)
+        return shown and self.isVisible() and self.underMouse()
+
     def _remove(self, which: Callable[[Message], bool]) -> None:
-        found = [toast for toast in self._toasts if which(toast.message)]
+        found = [toast for toast in self._toasts if not toast.over and which(toast.message)]
         for toast in found:
-            self._drop(toast)
+            toast.end()
         if found:
             self._update()
 
     def _drop(self, toast: _Toast) -> None:
         self._toasts.remove(toast)
+        self._column.removeWidget(toast)
         toast.hide()
         toast.setParent(None)
         toast.deleteLater()
 
     def _update(self) -> None:
+        held = self._held
+        for toast in [toast for toast in self._toasts if toast.over and not (held and toast.placed)]:
+            self._drop(toast)
+        while len(self._toasts) > _MOST and not held:
+            self._drop(min(self._toasts[:-1], key=lambda toast: _rank(toast.message)))
         self.setVisible(bool(self._toasts))
         if self._toasts:
             self.place()
-        if any(toast.message.informs for toast in self._toasts):
-            self._read.start()
-        else:
+        if not any(toast.message.informs for toast in self._toasts):
             self._read.stop()
+        elif not self._read.isActive():
+            self._read.start()
 
     def _on_closed(self) -> None:
         """Remove the message of the pressed button, unless the action of the button has removed it."""
         pressed = self.sender()
-        for toast in [toast for toast in self._toasts if toast is pressed]:
-            self._drop(toast)
+        for toast in self._toasts:
+            if toast is pressed:
+                toast.end(dismissed=True)
         self._update()
 
     def _on_read(self) -> None:
         """Remove information that was shown long enough. Time out of view or under the pointer does not count."""
         now = self._clock()
         counts = self.isVisible() and not self.underMouse()
-        for toast in tuple(self._toasts):
+        for toast in self._toasts:
             if not counts:
                 toast.shown_at += now - max(toast.shown_at, self._read_at)
             elif now - toast.shown_at >= toast.message.seconds:
-                self._drop(toast)
+                toast.over = True
         self._read_at = now
         self._update()
 
