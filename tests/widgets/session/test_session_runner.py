@@ -8,7 +8,7 @@ from itertools import accumulate, chain, repeat
 
 import pytest
 
-from tactile_maps.session.inputs import EffectsChanged, MapEdited
+from tactile_maps.session.inputs import ControlChanged, EffectsChanged, MapEdited, ReadingChanged
 from tactile_maps.session.session import Session
 from tactile_maps.studies.testbeds.reference_bodies import flat_map
 from tactile_widgets.session.session_runner import UNREAD_SECONDS, InlineRunner, ThreadRunner
@@ -274,6 +274,18 @@ def test_inputs_while_paused_are_applied_at_once_and_in_order(session):
     runner.reset()
     runner.step()
     assert session.effects == requested[0], "and a reset forgets it"
+
+
+def test_inputs_of_one_call_take_effect_in_the_same_tick(thread, qtbot):
+    inputs = thread.session.inputs
+    first = thread.session.settings
+    reading = thread.session.runtime_settings.reading
+    for number in range(1, 21):
+        thread.submit(ControlChanged(replace(first, starts=number)), ReadingChanged(reading))
+    qtbot.waitUntil(lambda: sum(isinstance(one, ReadingChanged) for _, one in tuple(inputs)) == 20, timeout=20_000)
+    given = [(tick, one.settings.starts) for tick, one in inputs if isinstance(one, ControlChanged)][-20:]
+    assert [number for _, number in given] == list(range(1, 21))
+    assert [tick for tick, _ in given] == [tick for tick, one in inputs if isinstance(one, ReadingChanged)]
 
 
 def test_unexpected_error_of_an_input_is_reported(thread, qtbot, monkeypatch):

@@ -405,11 +405,11 @@ class SessionHost(QObject):
 
     # Inputs of the user.
 
-    def submit(self, session_input: SessionInput) -> bool:
-        """Pass an input to the running session for the next tick; return False if no running session is shown."""
+    def submit(self, *session_inputs: SessionInput) -> bool:
+        """Pass inputs to the running session for the next tick; return False if no running session is shown."""
         if (run := self.shown_run) is None:
             return False
-        run.submit(session_input)
+        run.submit(*session_inputs)
         self._active_settings.show(run.settings)
         return True
 
@@ -445,10 +445,20 @@ class SessionHost(QObject):
             self.step()
         return refused
 
-    def edit_map(self, map_: TactileMap, name: str) -> None:
-        """Locate and control contacts on an edited map from the next tick on."""
-        if (run := self.shown_run) is not None and map_ is not run.map:
-            self.submit(MapEdited(name, map_))
+    def edit_map(self, map_: TactileMap, name: str, settings: ControlSettings | None = None) -> None:
+        """Locate and control contacts on an edited map from the next tick on.
+
+        Args:
+            map_: The edited map.
+            name: Name of the edit.
+            settings: Settings of the controller with the path on that map; None for the current ones.
+        """
+        if (run := self.shown_run) is None or map_ is run.map:
+            return
+        inputs: list[SessionInput] = [MapEdited(name, map_)]
+        if settings is not None and settings != run.settings.settings:
+            inputs.append(ControlChanged(settings))
+        self.submit(*inputs)
 
     # Time.
 

@@ -96,11 +96,12 @@ class SessionRun:
         """Map on which contacts are located and controlled from the next tick on."""
         return self.settings.map
 
-    def submit(self, session_input: SessionInput) -> None:
-        """Apply an input of the user at the next tick."""
-        self.runner.submit(session_input)
-        self.settings = self.settings.after(session_input)
-        self.made = self.made.after(session_input)
+    def submit(self, *session_inputs: SessionInput) -> None:
+        """Apply inputs of the user at the same next tick."""
+        self.runner.submit(*session_inputs)
+        for session_input in session_inputs:
+            self.settings = self.settings.after(session_input)
+            self.made = self.made.after(session_input)
 
     def reset(self) -> bool:
         """Start again with all requested settings; return True if the session had stopped by itself."""

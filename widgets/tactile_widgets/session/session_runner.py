@@ -110,12 +110,12 @@ class SessionRunner:
         self._recent.append(frame)
         self._each(frame)
 
-    def submit(self, act: SessionInput) -> None:
-        """Apply an input at the next tick; ``failure`` reports an input that the session rejects.
+    def submit(self, *acts: SessionInput) -> None:
+        """Apply inputs at the same next tick; ``failure`` reports an input that the session rejects.
 
         A large move of a finger is spread over the next ticks (``StrokePlan``).
         """
-        self._inputs.append(act)
+        self._inputs.extend(acts)
         with self.lock:
             self._apply_inputs()
 
@@ -207,12 +207,13 @@ class ThreadRunner(SessionRunner):
         sys.setswitchinterval(SWITCH_SECONDS)
         self._thread.start()
 
-    def submit(self, act: SessionInput) -> None:
-        """Let the thread apply the input, because some inputs take 0.2 s, such as the first path.
+    def submit(self, *acts: SessionInput) -> None:
+        """Let the thread apply the inputs, because some inputs take 0.2 s, such as the first path.
 
-        While paused, the input is applied at once, so that the user sees its effect.
+        While paused, they are applied at once, so that the user sees their effect.
         """
-        self._inputs.append(act)
+        # In one call, so that the thread cannot tick between them.
+        self._inputs.extend(acts)
         if self.paused:
             with self.lock:
                 self._apply_inputs()

@@ -104,8 +104,9 @@ class PathFollower:
     def lay(self, now: TaskTick, region: ContactRegion) -> bool:
         """Project the path if it or the map is new; return whether it was.
 
-        A drawn path stays at its place on the map when patches under it are moved. A path that was being followed
-        continues at its nearest point; a default path is centred at the contact again.
+        The points of a drawn path are on the map: an edit of the map that moves the path's patches comes with changed
+        points (``PathOnBody``). A path that was being followed continues at its nearest point; a default path is
+        centred at the contact again.
         """
         settings = now.settings
         map_kinematics = now.map_kinematics

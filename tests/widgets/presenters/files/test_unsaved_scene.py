@@ -7,6 +7,7 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
+import numpy as np
 import pytest
 from PySide6.QtWidgets import QApplication, QMessageBox, QToolButton
 
@@ -230,11 +231,33 @@ def test_saving_before_another_robot_saves_skin_path_and_map(window, saving, tmp
     assert load_document(next(tmp_path.glob("*.npz"))).layout == document.layout
 
 
+def on_body(window):
+    """Places on the body of the path's points."""
+    return [window.editor.document.map.to_body(np.array(point)) for point in made(window).path]
+
+
+def test_edit_of_a_patch_without_the_path_does_not_change_the_scene(window, saving):
+    draw_path(window, (5, 12, 20))
+    assert {place.patch for place in on_body(window)} == {0}
+    window.action("save").trigger()
+    window.editor.do("Rotate", lambda document: rotate(document, [1], 0.5))
+    run(window, 0.05)
+    assert window.presenters.map_files.unsaved == ("map",)
+    window.editor.do("Rotate", lambda document: rotate(document, [0], 0.5))
+    run(window, 0.05)
+    assert window.presenters.map_files.unsaved == ("map", "path")
+
+
 def test_scene_and_map_are_saved_and_opened_as_one_document(window, saving, tmp_path):
     draw_path(window, (5, 12, 20))
+    first = on_body(window)
     window.editor.do("Rotate", lambda document: rotate(document, [0], 0.5))
     run(window, 0.05)
     own = made(window)
+    places = on_body(window)
+    for place, before in zip(places, first, strict=True):
+        assert (place.patch, place.face) == (before.patch, before.face)
+        np.testing.assert_allclose(place.weights, before.weights, atol=1e-9)
     layout = window.editor.document.layout
     window.action("save").trigger()
     assert saving == ["Save scene"]
@@ -246,6 +269,8 @@ def test_scene_and_map_are_saved_and_opened_as_one_document(window, saving, tmp_
     window.presenters.files.open_path(str(scene))
     assert window.presenters.map_files.unsaved == ()
     assert (window.editor.document.layout, made(window)) == (layout, own)
+    assert on_body(window) == places
+    assert window.map_view._task.path
     assert window.presenters.map_files.path == scene.with_suffix(".npz")
     window.editor.do("Rotate", lambda document: rotate(document, [0], 0.5))
     window.action("save").trigger()

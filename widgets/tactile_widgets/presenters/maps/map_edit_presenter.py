@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from functools import partial
+from weakref import WeakSet
 
 from PySide6.QtWidgets import QWidget
 
+from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.editing.document import MapDocument
+from tactile_maps.editing.history import History
 from tactile_maps.geometry.surface.mesh import SurfacePoint
 from tactile_maps.maps.model.tactile_map import TactileMap
+from tactile_maps.maps.path_on_body import share_off_skin
 from tactile_maps.session.prepare import PreparedScene
 from tactile_widgets.common.mode import Mode
 from tactile_widgets.context.app_context import AppContext
@@ -22,6 +26,8 @@ from tactile_widgets.tools.map_editing.pin_tool import PinTool
 from tactile_widgets.tools.map_editing.seam_tool import SeamTool
 from tactile_widgets.tools.registry import SEAMS, Tools
 
+_OFF_SKIN = 0.01
+"""Share of a path that may get off the skin without a message."""
 _COMPARED = "Maps and drawings (*.npz *.json *.csv *.tsv *.txt *.ini *.urdf *.xml)"
 
 
@@ -48,6 +54,8 @@ class MapEditPresenter(Presenter):
         self._seams = tools.get(SeamTool)
         self.proposal = ProposalBar(context.theme.theme, context.views.map)
         self._overlapping: tuple[str, ...] = ()
+        self._histories: WeakSet[History] = WeakSet()
+        self._off_skin = 0.0, 0.0  # shares of the path off the skin before and after the last edit
         self._connect()
         self._bind()
 
@@ -60,6 +68,7 @@ class MapEditPresenter(Presenter):
         editor.failed.connect(partial(self._notifier.fault, of="edit map"))
         editor.history_changed.connect(partial(self._notifier.succeed, "edit map"))
         editor.history_changed.connect(self._report_overlaps)
+        editor.history_changed.connect(self._report_path)
         editor.notified.connect(self._notifier.status)
         editor.proposal_changed.connect(self._on_proposal_changed)
         self.proposal.accepted.connect(editor.accept)
@@ -111,7 +120,8 @@ class MapEditPresenter(Presenter):
         patches.show_recorded(None)
         document = self._editor.document
         if document is not None and document.skin is prepared.map.skin:
-            self._on_settled(document, "")
+            self._session.edit_map(document.map, "")
+            self._session.measurements.measure(document.map)
             self._on_shown(document)
             return
         if self._files.show_skin(prepared):
@@ -151,8 +161,40 @@ class MapEditPresenter(Presenter):
         self._views.show_document(document, in_gesture=self._editor.gesture)
 
     def _on_settled(self, document: MapDocument, name: str) -> None:
-        self._session.edit_map(document.map, name)
+        self._session.edit_map(document.map, name, self._carried_settings(document.map))
         self._session.measurements.measure(document.map)
+
+    def _carried_settings(self, after: TactileMap) -> ControlSettings | None:
+        """Return the controller settings with the path at the same place on the body; None if it is on this map.
+
+        The path of a scene is on the map with which it was opened.
+        """
+        run = self._session.shown_run
+        history = self._editor.history
+        assert history is not None
+        opened = history not in self._histories
+        self._histories.add(history)
+        self._off_skin = 0.0, 0.0
+        if run is None or opened or run.map is after:
+            return None
+        before = run.settings.settings
+        settings = self._tools.control.carry_path(before, run.map, after)
+        if before.path:
+            self._off_skin = (
+                share_off_skin(before.path_kind, before.path, run.map),
+                share_off_skin(settings.path_kind, settings.path, after),
+            )
+        return settings
+
+    def _report_path(self) -> None:
+        """Report that an edit, such as a patch that was moved away, left a part of the path without skin."""
+        before, after = self._off_skin
+        self._off_skin = 0.0, 0.0
+        if after > before + _OFF_SKIN:
+            text = f"After this edit of the map, {after:.0%} of the path is off the skin and cannot be followed."
+            self._notifier.say(text, warning=True, remedies=[self._context.actions["undo"]], of="path on skin")
+        elif after < before - _OFF_SKIN:
+            self._notifier.succeed("path on skin")
 
     def _on_proposal_changed(self) -> None:
         self.proposal.show_proposal(self._editor.proposal)

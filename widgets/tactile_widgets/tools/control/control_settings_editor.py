@@ -6,8 +6,9 @@ the controller panel in the meantime.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields, replace
+from functools import partial
 from typing import Any, TypedDict, Unpack
 
 from PySide6.QtCore import QObject, Signal
@@ -16,7 +17,9 @@ from tactile_maps.control.controller_registry import has_task
 from tactile_maps.control.motion.command import ControlSettings, TaskName
 from tactile_maps.editing.history import next_step_number
 from tactile_maps.maps.model.tactile_map import TactileMap
+from tactile_maps.maps.path_on_body import Points
 from tactile_maps.maps.paths import PathKind
+from tactile_widgets.tools.control.carried_paths import CarriedPaths
 from tactile_widgets.tools.control.drawn_path import DrawnPath
 
 MOST_STEPS = 200
@@ -51,6 +54,19 @@ class ControlStep:
 
 def _values(settings: ControlSettings, names: Sequence[str]) -> dict[str, Any]:
     return {name: getattr(settings, name) for name in names}
+
+
+Carry = Callable[[PathKind, Points], tuple[PathKind, Points]]
+"""Returns kind and points of a path on another map."""
+
+
+def _with_path(values: dict[str, Any], kind: PathKind, carry: Carry) -> dict[str, Any]:
+    """Return values of a step with its path on another map; ``kind`` is that of the path if the step has none."""
+    if "path" not in values:
+        return values
+    kind = values.get("path_kind", kind)
+    carried, path = carry(kind, values["path"])
+    return {**values, "path": path, **({} if carried == kind else {"path_kind": carried})}
 
 
 class ControlUndoStack:
@@ -104,6 +120,18 @@ class ControlUndoStack:
         self._steps = [*kept, step][-MOST_STEPS:]
         self._position = len(self._steps)
 
+    def carry(self, kind: PathKind, carry: Carry) -> None:
+        """Carry the paths of all steps to another map.
+
+        Args:
+            kind: Shape of paths whose step did not choose one.
+            carry: Returns a path on the other map.
+        """
+        self._steps = [
+            replace(step, before=_with_path(step.before, kind, carry), after=_with_path(step.after, kind, carry))
+            for step in self._steps
+        ]
+
     def undo(self, settings: ControlSettings) -> ControlSettings:
         """Return ``settings`` without the last step; unchanged if there is none."""
         if not self._position:
@@ -154,6 +182,7 @@ class ControlSettingsEditor(QObject):
         self.map: TactileMap | None = None
         self.steps = ControlUndoStack()
         self._before = ControlSettings()
+        self._carried = CarriedPaths()
 
     @property
     def path(self) -> DrawnPath | None:
@@ -175,6 +204,18 @@ class ControlSettingsEditor(QObject):
             self.steps.reset()
         self.map = map_
         self.changed.emit()
+
+    def carry_path(self, settings: ControlSettings, before: TactileMap, after: TactileMap) -> ControlSettings:
+        """Return settings whose path or target is at the same place on the body after an edit of the map.
+
+        The paths of the undo steps and of the current gesture are carried as well.
+        """
+        carry = partial(self._carried.carry, before=before, after=after)
+        self.steps.carry(settings.path_kind, carry)
+        kind, path = carry(self._before.path_kind, self._before.path)
+        self._before = replace(self._before, path_kind=kind, path=path)
+        kind, path = carry(settings.path_kind, settings.path)
+        return replace(settings, path_kind=kind, path=path)
 
     def forget_steps(self) -> None:
         """Discard all undo steps, because another session has its own settings."""
@@ -218,6 +259,7 @@ class ControlSettingsEditor(QObject):
         self.gesture = ""
         if name:
             self.steps.done(name, self._before, self.settings, extend=extend)
+            self._before = ControlSettings()
             self.changed.emit()
 
     def cancel(self) -> None:
