@@ -11,6 +11,7 @@ from PySide6.QtGui import QFont, QFontMetrics, QResizeEvent
 from PySide6.QtWidgets import QAbstractItemView, QFrame, QHeaderView, QTableWidget, QTableWidgetItem, QWidget
 
 from tactile_maps.studies.controller_comparison import ControllerMetrics, ControllerTrace, controller_metrics
+from tactile_widgets.common.panel import SLIM_SCROLL_BAR
 
 NONE = "—"
 _FLAT = """
@@ -21,6 +22,9 @@ _FLAT = """
 _ROW = 22
 _PAD = 14
 """Height of a row of one line, and space next to the text of a cell [px]."""
+_LEAST_TITLES = 150
+_TITLE_PAD = 8
+"""Width that the titles of the rows keep, and its part next to their texts [px]."""
 _NEARLY = 1e-3
 """Relative difference below which values are equally good."""
 
@@ -67,8 +71,11 @@ class MetricsTable(QTableWidget):
         self.setShowGrid(False)
         self.setFrameShape(QFrame.Shape.NoFrame)
         self.setStyleSheet(_FLAT)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)  # the minimum width shows all
+        self.verticalScrollBar().setStyleSheet(SLIM_SCROLL_BAR)
         self.verticalHeader().setDefaultSectionSize(_ROW)
-        self.verticalHeader().setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
+        wrapped = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter | Qt.TextFlag.TextWordWrap
+        self.verticalHeader().setDefaultAlignment(Qt.AlignmentFlag(int(wrapped)))
         wrapped = Qt.AlignmentFlag.AlignHCenter | Qt.AlignmentFlag.AlignBottom | Qt.TextFlag.TextWordWrap
         self.horizontalHeader().setDefaultAlignment(Qt.AlignmentFlag(int(wrapped)))
         self.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
@@ -99,40 +106,58 @@ class MetricsTable(QTableWidget):
         )
         header.setMinimumSectionSize(widest + _PAD)
         self._preferred = max((metrics.horizontalAdvance(title) for title in titles), default=0) + _PAD
+        self.setMinimumWidth(_LEAST_TITLES + self._least_columns)
+        self._fit_titles()
         self._fit_heights()
         self.updateGeometry()
+
+    @property
+    def _least_columns(self) -> int:
+        """Width of the narrowest columns with the scroll bar next to them [px]."""
+        columns = self.columnCount() * self.horizontalHeader().minimumSectionSize()
+        return columns + self.verticalScrollBar().sizeHint().width() + 4
+
+    def _fit_titles(self) -> None:
+        """Make the titles of the rows as wide as the columns allow."""
+        self.verticalHeader().setMaximumWidth(max(self.width() - self._least_columns, _LEAST_TITLES))
 
     def _titles(self) -> list[str]:
         items = (self.horizontalHeaderItem(column) for column in range(self.columnCount()))
         return [item.text() for item in items if item is not None]
 
     def _fit_heights(self) -> None:
-        width = self.horizontalHeader().sectionSize(0) - _PAD if self.columnCount() else 1
-        metrics = QFontMetrics(_bold())
+        column = self.horizontalHeader().sectionSize(0) - _PAD if self.columnCount() else 1
+        titles = self.verticalHeader()
+        title = min(titles.maximumWidth(), titles.sizeHint().width()) - _TITLE_PAD
+        bold = QFontMetrics(_bold())
 
-        def height(text: str) -> int:
+        def height(text: str, width: int, metrics: QFontMetrics = bold) -> int:
             flags = int(Qt.TextFlag.TextWordWrap | Qt.AlignmentFlag.AlignHCenter)
             return metrics.boundingRect(QRect(0, 0, max(width, 1), 1000), flags, text).height()
 
-        columns = range(self.columnCount())
-        self.horizontalHeader().setFixedHeight(max(map(height, self._titles()), default=0) + 6)
+        self.horizontalHeader().setFixedHeight(max((height(text, column) for text in self._titles()), default=0) + 6)
         for number, row in enumerate(ROWS):
-            self.setRowHeight(number, max(_ROW, *(height(self.text(row.name, column)) + 4 for column in columns), _ROW))
+            values = [height(self.text(row.name, k), column) for k in range(self.columnCount())]
+            item = self.verticalHeaderItem(number)
+            words = height(item.text(), title, titles.fontMetrics()) if item is not None else 0
+            self.setRowHeight(number, max(_ROW, words + 4, *(value + 4 for value in values)))
 
     def sizeHint(self) -> QSize:
         """Return the size in which every title has one line, and nothing is elided."""
         columns = self.columnCount() * max(self._preferred, self.horizontalHeader().minimumSectionSize())
-        return QSize(self.verticalHeader().sizeHint().width() + columns + 4, super().sizeHint().height())
+        scroll = self.verticalScrollBar().sizeHint().width()
+        return QSize(self.verticalHeader().sizeHint().width() + columns + scroll + 4, super().sizeHint().height())
 
     def resizeEvent(self, event: QResizeEvent) -> None:
+        self._fit_titles()
         super().resizeEvent(event)
         self._fit_heights()
 
     def _name_rows(self, speed_unit: str) -> None:
         units = {row.name: row.unit for row in ROWS} | {"joint_speed_max": speed_unit}
-        self.setVerticalHeaderLabels(
-            [f"{row.words} ({units[row.name]})" if units[row.name] else row.words for row in ROWS]
-        )
+        for number, row in enumerate(ROWS):
+            item = QTableWidgetItem(f"{row.words} ({units[row.name]})" if units[row.name] else row.words)
+            self.setVerticalHeaderItem(number, item)
 
     def text(self, name: str, column: int) -> str:
         """Return the text of a cell."""
