@@ -14,6 +14,7 @@ from tactile_maps.recording.verify import verify
 from tactile_maps.session.inputs import ControlChanged, MapEdited
 from tactile_widgets.tools.registry import ARRANGE
 from tests.widgets.presenters.control.test_control_presenter import click, draw, pixels, settings
+from tests.widgets.presenters.files.test_grid_edits import place_grid
 from tests.widgets.support.mouse import left_drag
 from tests.widgets.support.window_driver import run
 
@@ -172,6 +173,22 @@ def test_undo_of_a_step_on_another_layout_keeps_the_place_on_the_body(window):
     assert settings(window).path == ()
     window.action("undo").trigger()
     assert settings(window).path == first
+    np.testing.assert_allclose(places(window), before, atol=ROUNDING)
+
+
+@pytest.mark.usefixtures("scene_cache")
+def test_return_to_an_earlier_skin_without_its_edits_keeps_the_place_on_the_body(window):
+    draw(window)
+    before = places(window)
+    window.editor.do("Rotate", lambda document: rotate(document, [0], 0.4))
+    place_grid(window)
+    np.testing.assert_allclose(places(window), before, atol=1e-4)
+    window.presenters.tools.skin_steps.go(-1)  # as the panel History does
+    run(window, 0.02)
+    assert window.editor.history.names == ("Open", "Rotate")
+    assert window.editor.history.position == 0
+    np.testing.assert_allclose(places(window), before, atol=ROUNDING)
+    window.editor.redo()
     np.testing.assert_allclose(places(window), before, atol=ROUNDING)
 
 
