@@ -9,7 +9,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLabel, QPushButton, QStyle, QStyleOptionViewItem, QToolButton
 
@@ -463,6 +463,33 @@ def test_skin_that_is_chosen_before_the_opening_is_counted_when_the_panel_was_hi
     assert listed(window).keys() == {"left", "right"}
     assert sum(listed(window).values()) == 1000
     click(window, "skin-revert")
+
+
+def place(widget):
+    """Return the upper left corner of a widget on the screen, once the nested layouts are current."""
+    for _ in range(3):
+        QApplication.processEvents()
+    return widget.mapToGlobal(QPoint(0, 0))
+
+
+def test_number_of_taxels_keeps_its_place_when_the_links_are_found(window, tmp_path, qtbot):
+    panel = panel_of(window)
+    preview = window.presenters.skin.preview
+    preview.executor.hold = True
+    begin_to_open_rods(window, tmp_path)
+    window.action("choose_links").trigger()
+    assert not panel.tree.rows
+    assert panel.note.text() == "Finding the links…"
+    before = place(panel.taxels)
+    qtbot.waitUntil(lambda: preview.executor.busy)
+    preview.executor.run_waiting()
+    preview.executor.hold = False
+    window.live.scene_jobs.executor.hold = False
+    wait_for_counts(window, qtbot)
+    assert panel.tree.rows
+    assert place(panel.taxels) == before
+    click(window, "skin-revert")
+    assert place(panel.taxels).y() < before.y(), "the list of the shown robot is as high as needed"
 
 
 def test_robot_without_a_scene_reports_its_skin_and_opens_with_a_chosen_one(window, tmp_path, qtbot, monkeypatch):

@@ -50,6 +50,7 @@ class LinkTree(QTreeWidget):
         self.setUniformRowHeights(True)
         self.setTabKeyNavigation(False)
         self.rows: dict[str, QTreeWidgetItem] = {}
+        self._reserved = False
         self.itemChanged.connect(self._on_item_changed)
 
     def show_candidates(self, candidates: Sequence[CoverCandidate]) -> None:
@@ -68,8 +69,24 @@ class LinkTree(QTreeWidget):
                 else:
                     above.addChild(row)
             self.expandAll()
-        shown = min(max(len(self.rows), 1), _MOST_ROWS)
-        self.setFixedHeight(self.header().sizeHint().height() + shown * max(self.sizeHintForRow(0), 1) + 2)
+        self._reserved = self._reserved and bool(self.rows)
+        self._fit(_MOST_ROWS if self._reserved else len(self.rows))
+
+    def reserve(self) -> None:
+        """Give the empty list its maximum height until the links of another robot are listed.
+
+        What is below does not move then when the links appear.
+        """
+        self._reserved = True
+        with QSignalBlocker(self):
+            self.addTopLevelItem(_row(CoverCandidate("", 0.0, moves=False)))
+            self._fit(_MOST_ROWS)
+            self.clear()
+
+    def _fit(self, rows: int) -> None:
+        """Give the list the height of a number of rows, as high as the first one, up to the maximum."""
+        rows = min(max(rows, 1), _MOST_ROWS)
+        self.setFixedHeight(self.header().sizeHint().height() + rows * max(self.sizeHintForRow(0), 1) + 2)
 
     def show_areas(self, candidates: Sequence[CoverCandidate]) -> None:
         """Show the areas of the links that are listed."""

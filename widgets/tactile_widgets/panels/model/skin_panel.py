@@ -164,9 +164,9 @@ class SkinPanel(Panel):
         if not same_robot:
             self._needed = True
             self.tree.show_candidates(())
-            if self.tree.isVisible():
-                self._request_links()
         self._show_values()
+        if self.tree.isVisible():
+            self._request_links()
 
     def choose(self, cover: CoverSpec) -> None:
         """Show a choice that is not applied yet, as if the user made it."""
@@ -208,6 +208,11 @@ class SkinPanel(Panel):
             them = "it for the reason" if more == 1 else "them for the reasons"
             lines[_MOST_REASONS:] = [f"⚠ {counted(more, 'more link')} without taxels: point at {them}"]
         show_text(self.bare, "\n".join(lines))
+
+    def show_finding(self) -> None:
+        """Show that the links of the robot are being found, and reserve the room of their list."""
+        self.tree.reserve()
+        self.show_progress("Finding the links")
 
     def show_progress(self, text: str) -> None:
         """Show what is being computed for the current choice."""

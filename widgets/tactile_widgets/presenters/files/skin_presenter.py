@@ -255,7 +255,7 @@ class SkinPresenter(Presenter):
 
     def _on_needed(self) -> None:
         if self._opening is not None:
-            self._panel.show_progress("Finding the links")
+            self._panel.show_finding()
             self.preview.show_robot_of(self._opening)
             self.preview.request(self._opening)
         elif self._robot is not None:
