@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QAbstractSpinBox, QApplication, QInputDialog, QLab
 
 from tactile_maps.core.errors import counted
 from tactile_maps.editing.arrange import move, rotate, scale
+from tactile_maps.editing.document import show_patches
 from tactile_maps.editing.document_file import load_document
 from tactile_maps.editing.reflatten import set_lengths, set_method
 from tactile_maps.flattening.bijectivity import flipped
@@ -24,6 +25,7 @@ from tactile_widgets.common.tool_kinds import POKE, SELECT_BOX
 from tactile_widgets.panels.maps.quality_panel import QualityPanel
 from tactile_widgets.tools.registry import ARRANGE, INTEREST, PINS, SEAMS
 from tests.widgets.support.mouse import left_click, left_press, left_release
+from tests.widgets.support.snapshots import pixels
 from tests.widgets.support.window_driver import press_map, run
 
 
@@ -184,6 +186,31 @@ def test_patches_are_repacked_hidden_and_shown(window):
     window.action("hide_patches").trigger()
     window.action("show_patches").trigger()
     assert all(patch.visible for patch in window.editor.document.patches)
+
+
+def test_map_states_that_all_patches_are_hidden_and_how_to_show_them(window):
+    def middle():
+        picture = pixels(window.map_view.viewport().grab().toImage())
+        rows, columns = picture.shape[:2]
+        return picture[rows // 2 - 20 : rows // 2 + 20, columns // 4 : 3 * columns // 4]
+
+    window.presenters.view.set_tool(ARRANGE)
+    window.map_view.setFocus()
+    QTest.keyClick(window.map_view, Qt.Key.Key_A)
+    QTest.keyClick(window.map_view, Qt.Key.Key_H)
+    assert not any(patch.visible for patch in shown(window).patches)
+    written = middle()
+    inked = np.any(written != written[0, 0], axis=-1)
+    assert inked.any(axis=1).sum() > 15, "two lines of text"
+    assert inked.any(axis=0).sum() > 100
+    QTest.keyClick(window.map_view, Qt.Key.Key_H, Qt.KeyboardModifier.AltModifier)
+    everything = middle()
+    assert all(patch.visible for patch in shown(window).patches)
+    window.editor.undo()
+    assert np.array_equal(middle(), written)
+    for number in range(len(shown(window).patches)):
+        window.editor.do("Show", lambda document, number=number: show_patches(document, [number]))
+    assert np.array_equal(middle(), everything), "the text is gone"
 
 
 @pytest.mark.long

@@ -62,6 +62,7 @@ _CENTRE_FROM = 36.0
 
 _SMALL_PATCH = 8.0
 """Area of a patch's box, relative to that of a caption, below which the captions of contacts keep it free."""
+_ALL_HIDDEN = "All patches are hidden.\nEdit > Show all patches shows them."
 _SMALLEST_OUTLINE = 9.0
 """Half-axis of the outline of a second recording's contact [px]."""
 
@@ -381,6 +382,11 @@ class MapPainter:
             _near(view.map(mark.at), hover, mark.ring(view) + 10.0) for mark in marks.contacts
         ):
             draw_cross(painter, hover, 4, 10, self._halo_and_accent())
+        if picture.shapes.patches and not picture.shapes.numbers:
+            painter.setFont(self._figure)
+            painter.setPen(QColor(self.theme.quiet))
+            wrapped = int(Qt.TextFlag.TextWordWrap | Qt.AlignmentFlag.AlignCenter)
+            painter.drawText(room.adjusted(EDGE, EDGE, -EDGE, -EDGE), wrapped, _ALL_HIDDEN)
         self._paint_scale_bar(painter, picture.shapes.frame.scale * view.m11(), room)
         self._paint_legends(painter, marks, picture.shapes, view, room)
         counts = more_contacts(len(marks.contacts))
