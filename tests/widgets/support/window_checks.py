@@ -158,7 +158,8 @@ class KeptWork:
             return
         made = document, _control_of(live.run.made)
         if live.run is not self._run and self._made is not None and self._unsaved and not self._asked:
-            _require(self._has(document, self._made[0]), "the edited map is lost", self._unsaved)
+            saved = not {"map", "skin"} & {*self._unsaved}  # then it is in a file, or in that of the scene
+            _require(saved or self._has(document, self._made[0]), "the edited map is lost", self._unsaved)
             kept = made[1] == self._made[1] or self._steps_back()
             _require(kept, "controller, path, contact detection or effects are lost", self._unsaved)
         if live.run is not self._run and self._choice is not None and not self._asked:

@@ -110,3 +110,21 @@ def test_menu_frames_each_link(window):
     assert view.distance < far
     assert np.linalg.norm(np.cross(hand - view.eye, view.axes[2])) < 0.15
     menu.deleteLater()
+
+
+def test_view_that_was_removed_is_not_shown_by_a_layout(window):
+    docks = window.panel_docks
+    without = docks.layout
+    window.more_views.show_second(shown=True)
+    run(window, 0.02)
+    layout = docks.layout
+    window.more_views.show_second(shown=False)  # its dock is deleted when the event loop continues
+    docks.arrange(layout)
+    QApplication.processEvents()
+    assert window.more_views.second.isVisible()
+    docks.arrange(replace(layout, views=()))
+    QApplication.processEvents()
+    window.resize(window.width() + 40, window.height())
+    QApplication.processEvents()
+    docks.arrange(without)
+    assert window.more_views.second is None

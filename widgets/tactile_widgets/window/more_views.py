@@ -89,6 +89,7 @@ class MoreViews(QObject):
             self._window.addDockWidget(Qt.DockWidgetArea.LeftDockWidgetArea, self._dock)
             if self._window.width() < _LEAST_WIDTH:
                 self._float(self._dock)
+            self._dock.show()  # now: Qt would wait for the event loop, and a layout saved before that would hide it
             self.second.navigation = views.navigation
             self._fill(self.second)
         elif not shown and self.second is not None and self._dock is not None:
@@ -98,6 +99,7 @@ class MoreViews(QObject):
             self.second = None
             view.close_view()
             self._window.removeDockWidget(dock)
+            dock.setObjectName("removed")  # a layout finds docks by name, and would show it again
             dock.deleteLater()
 
     def _float(self, dock: QDockWidget) -> None:

@@ -100,6 +100,7 @@ class PanelDocks(QObject):
             area.takeWidget()
             self._column.put_back(dock.panel)
             self._window.removeDockWidget(dock)
+            dock.setObjectName("removed")  # a layout finds docks by name, and would show it again
             dock.deleteLater()
 
     # Layouts.

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QAction, QResizeEvent, QShowEvent
-from PySide6.QtWidgets import QComboBox, QMenu, QToolBar, QToolButton, QWidget
+from PySide6.QtWidgets import QComboBox, QMenu, QToolBar, QToolButton, QWidget, QWidgetAction
 
 from tactile_widgets.actions.registry import ActionRegistry
 from tactile_widgets.actions.state import WindowState
@@ -38,7 +38,6 @@ class SessionToolbar(QToolBar):
         super().__init__("Session", parent)
         self.setObjectName("toolbar")
         self._actions = actions
-        self._buttons = dict[QToolButton, tuple[int, int]]()
         self._captions = list[QAction]()
         self.setMovable(False)
         self.setIconSize(QSize(16, 16))
@@ -64,12 +63,10 @@ class SessionToolbar(QToolBar):
         for spec in self._actions.in_toolbar(group):
             action = self._actions[spec.name]
             self.addAction(action)
-            button = self.widgetForAction(action)
-            assert isinstance(button, QToolButton)
+            button = self._button(spec.name)
             if text:
                 # Fixed widths: a button that changes its text must not move its neighbours.
                 button.setFixedWidth(_WIDTHS[spec.name])
-                self._buttons[button] = _WIDTHS[spec.name], _ICON_WIDTH
             else:
                 button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly)
             button.setAccessibleName(spec.text)
@@ -79,7 +76,18 @@ class SessionToolbar(QToolBar):
         self.addSeparator()
         label = caption_label(self, f"toolbar-{text.lower()}", text)
         label.setContentsMargins(4, 0, 0, 0)
-        self._captions.append(self.addWidget(label))
+        # Made here, not by QToolBar.addWidget: PySide may mistake an object that Qt made for one that was at the same
+        # address in a window that is gone, and invalidates it with that window.
+        caption = QWidgetAction(self)
+        caption.setDefaultWidget(label)
+        self.addAction(caption)
+        self._captions.append(caption)
+
+    def _button(self, name: str) -> QToolButton:
+        """Return the button of an action; it is looked up each time for the same reason."""
+        button = self.widgetForAction(self._actions[name])
+        assert isinstance(button, QToolButton)
+        return button
 
     def _make_speed(self) -> QComboBox:
         tip = "Requested speed relative to real time"
@@ -107,7 +115,6 @@ class SessionToolbar(QToolBar):
         self.select.setMenu(menu)
         self.select.setDefaultAction(self._actions[specs[0].name])
         self.select.setFixedWidth(_SELECT_WIDTH)
-        self._buttons[self.select] = _SELECT_WIDTH, _ICON_WIDTH + _MENU_WIDTH
         return self.select
 
     def _on_select_toggled(self, down: bool) -> None:
@@ -138,7 +145,8 @@ class SessionToolbar(QToolBar):
         style = styles.ToolButtonTextBesideIcon if self.has_text else styles.ToolButtonIconOnly
         for caption in self._captions:
             caption.setVisible(self.width() >= self._full)
-        for button, (wide, narrow) in self._buttons.items():
+        buttons = [(self._button(name), width, _ICON_WIDTH) for name, width in _WIDTHS.items()]
+        for button, wide, narrow in [*buttons, (self.select, _SELECT_WIDTH, _ICON_WIDTH + _MENU_WIDTH)]:
             if button.toolButtonStyle() is not style:
                 button.setToolButtonStyle(style)
                 button.setFixedWidth(wide if self.has_text else narrow)
