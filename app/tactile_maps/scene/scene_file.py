@@ -125,8 +125,8 @@ def cover_from_toml(text: str) -> CoverSpec:
     Raises:
         SceneError: The text is invalid.
     """
-    reader = TomlReader(text, file="cover", top=())
-    return reader.build(CoverSpec, reader.raw, ())
+    toml = TomlReader(text, file="cover", top=())
+    return toml.build(CoverSpec, toml.raw, ())
 
 
 def scene_in_folder(scene: Scene, folder: Path) -> Scene:

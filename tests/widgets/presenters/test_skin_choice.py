@@ -60,7 +60,7 @@ def question(window):
 
 
 def offers_save(window):
-    """Whether the visible question has the button Save."""
+    """Return whether the visible question has the button Save."""
     (box,) = [box for box in window.findChildren(QMessageBox) if box.isVisible()]
     return box.button(Button.Save) is not None
 

@@ -200,7 +200,7 @@ def test_delete_unchecks_the_selected_link(window, key):
 
 
 def test_checked_link_without_taxels_states_the_reason(window, qtbot):
-    """In the preview, and of the applied skin."""
+    """The reason is stated in the preview and for the applied skin."""
     panel = panel_of(window)
     click_box(window, "wrist")
     panel.margin.setValue(60.0)

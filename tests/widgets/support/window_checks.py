@@ -8,6 +8,7 @@ import re
 import sys
 import traceback
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from PySide6.QtCore import QtMsgType, qInstallMessageHandler
@@ -29,6 +30,10 @@ class WindowFault(Exception):
     """Something is not as it must be."""
 
 
+def _note_unforeseen(noted: list[str], kind, error, trace) -> None:
+    noted.append("".join(traceback.format_exception(kind, error, trace)))
+
+
 class WindowChecks:
     """Collects unexpected errors and checks the invariants; a context manager.
 
@@ -47,7 +52,8 @@ class WindowChecks:
 
     def __enter__(self) -> WindowChecks:
         self._hook = sys.excepthook
-        sys.excepthook = self._on_unforeseen
+        # Not a method: a thread keeps the hook with which it was started, and would keep the window.
+        sys.excepthook = partial(_note_unforeseen, self._unforeseen)
         self._handler = qInstallMessageHandler(self._on_message)
         return self
 
@@ -55,9 +61,6 @@ class WindowChecks:
         sys.excepthook = self._hook
         qInstallMessageHandler(self._handler)
         self._whole.clear()
-
-    def _on_unforeseen(self, kind, error, trace) -> None:
-        self._unforeseen.append("".join(traceback.format_exception(kind, error, trace)))
 
     def _on_message(self, kind, _context, text) -> None:
         if kind in LOUD and not HARMLESS.search(text):

@@ -134,7 +134,7 @@ def use_after_windows(folder):
 @pytest.mark.long
 @pytest.mark.skipif(sys.platform != "linux", reason="reads the heap of glibc")
 def test_memory_is_constant_after_warm_up(tmp_path):
-    """In a process of its own: what other tests share and leave would hide, or look like, growth."""
+    """The windows have their own process: what other tests share and leave would hide growth, or look like it."""
     if heap_reader() is None:
         pytest.skip("needs mallinfo2 of glibc >= 2.33")
     own = {name: str(tmp_path / "home") for name in ("HOME", "XDG_DATA_HOME", "XDG_STATE_HOME", "XDG_CONFIG_HOME")}
