@@ -114,7 +114,7 @@ class KeyEditor(QWidget):
         return push_button(self, f"keys-{text.lower().replace(' ', '-')}", text, tip, handler, autoDefault=False)
 
     def choose(self, name: str | None) -> None:
-        """Select an action; None if there is none."""
+        """Show the keys of an action, or with None how to choose one."""
         self._name = name
         self._proposed = None
         self._show(_HOW if name is None else f"{self._titles[name]}: {self._words(self.keymap.keys(name))}.")

@@ -101,8 +101,7 @@ def fit_force(
         progress: Receives the progress.
 
     Raises:
-        LiveError: The number of folds is out of range, the log is of another skin or has no row at zero load, or no
-            taxel has enough rows.
+        LiveError: Invalid ``folds``, or a log of another skin, without a row at zero load, or with too few rows.
 
     Cost: 15 ms for each taxel with 60 rows; 2 s for 60 taxels that share 600 forces.
     """
