@@ -8,6 +8,7 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 import pytest
+from scipy.optimize import lsq_linear
 
 from tactile_maps.control.motion.unmeasured_force import (
     FILTER_TIME,
@@ -16,6 +17,7 @@ from tactile_maps.control.motion.unmeasured_force import (
     DriveTorques,
     UnmeasuredForce,
     UnmeasuredForceMonitor,
+    _unexplained,
 )
 from tactile_maps.robots.kinematics import Configuration, kinematic_model
 from tactile_maps.robots.model.robot import Joint, Robot
@@ -91,6 +93,22 @@ def test_friction_of_a_measured_contact_does_not_count(turn):
     assert seen(arm().robot, torque, regions=(pressed,)).force == 0
     hand = force_torque(arm().robot, "hand", np.zeros(3), (60.0, 0.0, 0.0))
     assert seen(arm().robot, torque + hand, regions=(pressed,)).force > 30, "60 N elsewhere still count"
+
+
+@pytest.mark.parametrize("contacts", [1, 2, 4])
+@pytest.mark.parametrize("joints", [1, 3, 7])
+def test_part_left_by_contacts_is_that_of_bounded_least_squares(joints, contacts):
+    """By ``scipy.optimize.lsq_linear``; some contacts have the same torques, and joints cannot tell all apart."""
+    generator = np.random.default_rng(100 * joints + contacts)
+    bounds = (np.tile([0.0, -1.0, -1.0], contacts), 1.0)
+    for number in range(20):
+        read = [10.0 ** generator.uniform(-2, 2) * generator.normal(size=(3, joints)) for _ in range(contacts)]
+        read[-1] = read[0] if number % 4 == 0 else read[-1]
+        external = 10.0 ** generator.uniform(-2, 2) * generator.normal(size=joints)
+        columns = np.concatenate(read).T
+        least = external - columns @ lsq_linear(columns, external, bounds=bounds, method="bvls").x
+        left = _unexplained(external, read, np.zeros(joints))
+        assert left == pytest.approx(least, abs=1e-6 * np.abs(external).max())
 
 
 def test_force_counts_after_the_time_of_readings():

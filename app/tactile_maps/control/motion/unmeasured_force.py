@@ -16,12 +16,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
+import daqp
 import mujoco
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from tactile_maps.contacts.detection.regions import ContactRegion
-from tactile_maps.core.arrays import ArrayFields, BoolArray, FloatArray, IntArray, largest
+from tactile_maps.core.arrays import ArrayFields, BoolArray, FloatArray, IntArray, all_finite, largest
 from tactile_maps.core.caches import weak_cache
 from tactile_maps.geometry.surface.mesh import Mesh
 from tactile_maps.robots.kinematics import Configuration, kinematic_model
@@ -39,6 +40,8 @@ DRIVE_TOLERANCE = 0.02
 """Relative error of drive torques."""
 FIT_TOLERANCE = 0.15
 """Relative error of the joint torques with which a contact may explain them."""
+_RIDGE = 1e-9
+"""Regularization of the shares of contacts, relative: the joints may not tell contacts apart. Without it daqp fails."""
 _AT_LIMIT = 1e-3
 """Distance from a limit [rad, or m] within which its own torque is possible."""
 _DIRECTIONS = 120
@@ -168,7 +171,7 @@ class UnmeasuredForceMonitor:
         excess = np.where(free, np.sign(torque) * np.maximum(np.abs(torque) - tolerance, 0.0), 0.0)
         if not largest(excess):
             return NO_FORCE
-        columns = self._surface.torques(self._data)  # (points, n) of 1 N
+        columns = self._surface.torques(self._model, self._data)  # (points, n) of 1 N
         lever = np.abs(columns).max(axis=0, initial=0.0)
         felt = free & (lever > 0)
         if not largest(excess[felt]):  # no point of the surface can cause the torque
@@ -178,8 +181,9 @@ class UnmeasuredForceMonitor:
         columns = columns[:, felt] / lever[felt]
         unit = largest(excess)  # the squares of the smallest numbers are 0
         excess = excess / unit
-        forces = np.maximum(columns @ excess, 0.0) / np.maximum((columns**2).sum(axis=1), 1e-12)
-        errors = np.linalg.norm(excess - columns * forces[:, None], axis=1) / np.linalg.norm(excess)
+        along = np.maximum(columns @ excess, 0.0)
+        forces = along / np.maximum(np.einsum("ij,ij->i", columns, columns), 1e-12)
+        errors = np.sqrt(np.maximum(1 - along * forces / excess.dot(excess), 0.0))
         explains = np.flatnonzero(errors <= max(FIT_TOLERANCE, 1.2 * float(errors.min())))
         least = int(explains[forces[explains].argmin()])
         return UnmeasuredForce(self._surface.links[self._surface.link_of[least]], float(unit * forces[least]))
@@ -209,7 +213,9 @@ def _contact_torques(configuration: Configuration, region: ContactRegion) -> Flo
     """(3, n) joint torques of a contact [N m]: of the force read by the skin, shear included, and of full friction."""
     rotation = configuration.pose(region.link).rotation
     normal = rotation @ region.link_normal
-    axes = np.linalg.svd(normal[None])[2][1:]
+    # The reflection that takes the normal to the first axis takes the other two to axes along the skin.
+    mirror = normal + [np.copysign(1.0, normal[0]), 0.0, 0.0]
+    axes = np.eye(3)[1:] - np.outer(normal[1:], mirror / abs(mirror[0]))
     forces = region.force * np.vstack([-normal, FRICTION * axes])
     if region.shear is not None:
         forces[0] += rotation @ region.shear.force
@@ -228,12 +234,25 @@ def _unexplained(external: FloatArray, read: Sequence[FloatArray], tolerance: Fl
     rest = external - sum((normal for normal, *_ in read), np.zeros_like(external))
     if not read or (np.abs(rest) <= tolerance).all():
         return rest
-    from scipy.optimize import lsq_linear  # 0.07 s to import; ``command_loop`` imports it at its start
-
     columns = np.concatenate(read)
-    lower = np.tile([0.0, -1.0, -1.0], len(read))
-    found = lsq_linear(columns.T, external, bounds=(lower, 1.0), method="bvls")
-    return np.asarray(external - found.x @ columns)
+    sizes = np.linalg.norm(columns, axis=1)
+    unit = float(sizes.max())
+    if not 0 < unit < np.inf or not all_finite(external):
+        return rest
+    # In shares times sizes the program has the same scale for light and heavy contacts.
+    axes = columns / np.where(sizes > 0, sizes, 1.0)[:, None]
+    most = sizes / unit
+    least = most * np.tile([0.0, -1.0, -1.0], len(read))
+    kinds = np.zeros(len(axes), dtype=np.int32)
+    parts, _, solved, _ = daqp.solve(
+        axes @ axes.T + _RIDGE * np.eye(len(axes)),
+        -axes @ (external / unit),
+        np.zeros((0, len(axes))),
+        most,
+        least,
+        kinds,
+    )
+    return external - unit * parts @ axes if solved > 0 else rest
 
 
 def _coupled_joints(model: mujoco.MjModel) -> BoolArray:
@@ -264,66 +283,45 @@ class _Surface:
 
     Attributes:
         links: Names.
-        link_of: (points,) number of the link.
-        body_of: (points,) number of the link's body.
-        points: (points, 3) link frame [m].
-        normals: (points, 3) outward, link frame.
-        moves: (points, n) whether each joint moves the point.
-        slides: (n,) whether each joint is a slide.
+        bodies: Number of each link's body.
+        link_of: (points,) number of the link, rising.
+        wrenches: (points, 6) force of 1 N along the inward normal and its torque about the link's origin [N m], in the
+            link frame.
     """
 
     links: tuple[str, ...]
+    bodies: tuple[int, ...]
     link_of: IntArray
-    body_of: IntArray
-    points: FloatArray
-    normals: FloatArray
-    moves: BoolArray
-    slides: BoolArray
+    wrenches: FloatArray
 
-    def torques(self, data: mujoco.MjData) -> FloatArray:
-        """(points, n) joint torques of 1 N along the inward normal at each point.
-
-        About a hinge with axis a through c, a force -n at p has the torque
-        a · ((p - c) x -n)  =  (a x c) · n - a · (p x n).
-        """
-        rotations = data.xmat.reshape(-1, 3, 3)[self.body_of]
-        points = np.einsum("pij,pj->pi", rotations, self.points) + data.xpos[self.body_of]
-        normals = np.einsum("pij,pj->pi", rotations, self.normals)
-        axes = data.xaxis
-        anchors = data.xanchor
-        hinges = normals @ np.cross(axes, anchors).T - np.cross(points, normals) @ axes.T
-        return np.where(self.moves, np.where(self.slides, -normals @ axes.T, hinges), 0.0)
+    def torques(self, model: mujoco.MjModel, data: mujoco.MjData) -> FloatArray:
+        """(points, n) joint torques of 1 N along the inward normal at each point."""
+        torques = np.empty((len(self.link_of), model.nv))
+        jacobian = np.empty((2, 3, model.nv))
+        ends = np.searchsorted(self.link_of, np.arange(len(self.links) + 1))
+        for body, first, last in zip(self.bodies, ends[:-1], ends[1:], strict=True):
+            mujoco.mj_jacBody(model, data, jacobian[0], jacobian[1], body)
+            at_link = data.xmat[body].reshape(3, 3).T @ jacobian
+            np.matmul(self.wrenches[first:last], at_link.reshape(6, -1), out=torques[first:last])
+        return torques
 
 
 @weak_cache
 def _surface(robot: Robot) -> _Surface:
     model = kinematic_model(robot)
     links = list[str]()
-    points = []
-    normals = []
     bodies = []
-    moves = []
+    wrenches = [np.zeros((0, 6))]
     for link in robot.links:
         body = int(model.body(link.name).id)
-        moved = _moves(model, body)
-        if link.mesh is None or not moved.any():
+        if link.mesh is None or not _moves(model, body).any():
             continue
-        at, outward = _hull_points(link.mesh)
-        points.append(at)
-        normals.append(outward)
-        bodies.append(np.full(len(at), body))
-        moves.append(np.repeat(moved[None], len(at), axis=0))
+        points, normals = _hull_points(link.mesh)
         links.append(link.name)
-    link_of = np.repeat(np.arange(len(points)), [len(one) for one in points])
-    return _Surface(
-        tuple(links),
-        link_of,
-        np.concatenate([*bodies, np.zeros(0, dtype=np.intp)]).astype(np.intp),
-        np.concatenate([*points, np.zeros((0, 3))]),
-        np.concatenate([*normals, np.zeros((0, 3))]),
-        np.concatenate([*moves, np.zeros((0, model.nv), dtype=bool)]),
-        model.jnt_type == mujoco.mjtJoint.mjJNT_SLIDE,
-    )
+        bodies.append(body)
+        wrenches.append(np.concatenate([-normals, -np.cross(points, normals)], axis=1))
+    link_of = np.repeat(np.arange(len(links)), [len(one) for one in wrenches[1:]])
+    return _Surface(tuple(links), tuple(bodies), link_of, np.concatenate(wrenches))
 
 
 def _hull_points(mesh: Mesh) -> tuple[FloatArray, FloatArray]:
