@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import count
 
 from tactile_maps.core.errors import MapError
@@ -15,19 +16,25 @@ _STEP_BYTES = 4096
 """Memory of a step besides arrays, rounded up [bytes]."""
 
 
-_numbers = count(1)
+@dataclass(frozen=True, eq=False)
+class Step:
+    """A step that can be undone.
+
+    Attributes:
+        name: Name shown to the user; empty if there is no step.
+        number: Larger than that of every step made before, in this or another history; 0 if there is no step.
+    """
+
+    name: str
+    number: int = field(default_factory=partial(next, count(1)), kw_only=True)
 
 
-def next_step_number() -> int:
-    """Return the number of a new step: larger than that of every step made before, in this or another history."""
-    return next(_numbers)
+NO_STEP = Step("", number=0)
 
 
 @dataclass(frozen=True, eq=False)
-class _Step:
-    name: str
+class _DocumentStep(Step):
     document: MapDocument
-    number: int
 
 
 class History:
@@ -57,8 +64,8 @@ class History:
         self._most_bytes = most_bytes
         self._held: Counter[int] = Counter()
         self._bytes = 0
-        self._steps: list[_Step] = []
-        self._steps.append(self._count(_Step(name, first, 0)))
+        self._steps: list[_DocumentStep] = []
+        self._steps.append(self._count(_DocumentStep(name, first, number=0)))
         self.present = first
         self.gesture = ""
         self.position = 0
@@ -79,14 +86,14 @@ class History:
         return not self.gesture and self.position < len(self._steps) - 1
 
     @property
-    def undo_number(self) -> int:
-        """Number of the step that ``undo`` reverts; 0 without one."""
-        return self._steps[self.position].number if self.position else 0
+    def undo_step(self) -> Step:
+        """The step that ``undo`` reverts."""
+        return self._steps[self.position] if self.position else NO_STEP
 
     @property
-    def redo_number(self) -> int:
-        """Number of the step that ``redo`` repeats; 0 without one."""
-        return self._steps[self.position + 1].number if self.can_redo else 0
+    def redo_step(self) -> Step:
+        """The step that ``redo`` repeats."""
+        return self._steps[self.position + 1] if self.can_redo else NO_STEP
 
     def reaches(self, document: MapDocument) -> bool:
         """Whether ``document`` is that of the current step or of an undone one."""
@@ -104,7 +111,7 @@ class History:
             return
         while len(self._steps) > self.position + 1:
             self._forget(self._steps.pop())
-        self._steps.append(self._count(_Step(name, document, next_step_number())))
+        self._steps.append(self._count(_DocumentStep(name, document)))
         while len(self._steps) > 1 and (len(self._steps) > self._most_steps + 1 or self._bytes > self._most_bytes):
             self._forget(self._steps.pop(0))
         self.position = len(self._steps) - 1
@@ -119,7 +126,7 @@ class History:
         if self.gesture:
             raise MapError("an edit is in progress", value=self.gesture, remedy="Finish or cancel it first")
         old = self._steps[self.position]
-        self._steps[self.position] = self._count(_Step(old.name, document, old.number))
+        self._steps[self.position] = self._count(replace(old, document=document))
         self._forget(old)
         self._show(document)
 
@@ -185,14 +192,14 @@ class History:
         self.present.release_caches(document)
         self.present = document
 
-    def _count(self, step: _Step) -> _Step:
+    def _count(self, step: _DocumentStep) -> _DocumentStep:
         for array in step.document.arrays():
             self._bytes += array.nbytes if not self._held[id(array)] else 0
             self._held[id(array)] += 1
         self._bytes += _STEP_BYTES
         return step
 
-    def _forget(self, step: _Step) -> None:
+    def _forget(self, step: _DocumentStep) -> None:
         for array in step.document.arrays():
             self._held[id(array)] -= 1
             if not self._held[id(array)]:

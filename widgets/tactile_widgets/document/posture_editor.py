@@ -6,29 +6,20 @@ target is previewed during the gesture, and the robot is placed there when the g
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-
 import numpy as np
 from PySide6.QtCore import QObject, Signal
 
 from tactile_maps.control.motion.joint_impedance import joint_limits
 from tactile_maps.core.arrays import FloatArray, readonly
-from tactile_maps.editing.history import next_step_number
+from tactile_maps.editing.history import Step
 from tactile_maps.robots.model.robot import Robot
 from tactile_maps.session.frame import Frame
 from tactile_maps.session.prepare import PreparedScene
+from tactile_widgets.document.step_list import StepList
 
 MOST_STEPS = 100
 _SAME = 1e-9
 """Joints closer than this to their target have reached it [rad, or m]."""
-
-
-@dataclass(frozen=True, eq=False)
-class _Step:
-    name: str
-    before: FloatArray
-    after: FloatArray
-    number: int = field(default_factory=next_step_number)
 
 
 class PostureEditor(QObject):
@@ -65,13 +56,13 @@ class PostureEditor(QObject):
         self.enabled = self.placing = False
         self.gesture = ""
         self._tick = -1
+        self._steps = StepList[FloatArray](MOST_STEPS)
         self._forget(np.zeros(0))
 
     def _forget(self, home: FloatArray) -> None:
         self.target = self.found = self._before = readonly(home)
         self.lower = self.upper = self.target
-        self._steps: list[_Step] = []
-        self._position = 0
+        self._steps.reset()
         self.gesture = ""
 
     # State of the session.
@@ -113,10 +104,9 @@ class PostureEditor(QObject):
 
     def reject(self) -> None:
         """Return to the previous target, because the session rejected the last one."""
-        if self._position:
-            self._position -= 1
-            self.target = self._steps[self._position].before
-            del self._steps[self._position :]
+        if self.undo_step.number:
+            self.target = self._steps.back()
+            self._steps.discard_undone()
         self.previewed.emit(None)
         self.changed.emit()
 
@@ -149,18 +139,10 @@ class PostureEditor(QObject):
         if not name:
             return
         if np.abs(self.target - self._before).max(initial=0.0) > _SAME:
-            self._keep(name, continues=continues)
+            self._steps.push(name, self._before, self.target, extend=continues)
             if self.placing:
                 self.requested.emit(self.target)
         self.changed.emit()
-
-    def _keep(self, name: str, *, continues: bool) -> None:
-        kept = self._steps[: self._position]
-        before = self._before
-        if continues and kept and kept[-1].name == name:
-            before = kept.pop().before
-        self._steps = [*kept, _Step(name, before, self.target)][-MOST_STEPS:]
-        self._position = len(self._steps)
 
     def cancel(self) -> bool:
         """Discard the gesture; return whether there was one."""
@@ -180,32 +162,22 @@ class PostureEditor(QObject):
     @property
     def can_undo(self) -> bool:
         """True if there is a gesture or a step to undo."""
-        return self.enabled and bool(self.gesture or self._position)
+        return self.enabled and bool(self.gesture or self.undo_step.number)
 
     @property
     def can_redo(self) -> bool:
         """True if there is a step to redo."""
-        return self.enabled and not self.gesture and self._position < len(self._steps)
+        return self.enabled and not self.gesture and bool(self.redo_step.number)
 
     @property
-    def undo_name(self) -> str:
-        """Name of the step that ``undo`` reverts; empty if there is none."""
-        return self._steps[self._position - 1].name if self._position else ""
+    def undo_step(self) -> Step:
+        """The step that ``undo`` reverts."""
+        return self._steps.undo_step
 
     @property
-    def redo_name(self) -> str:
-        """Name of the step that ``redo`` applies; empty if there is none."""
-        return self._steps[self._position].name if self._position < len(self._steps) else ""
-
-    @property
-    def undo_number(self) -> int:
-        """Number of the step that ``undo`` reverts; 0 without one."""
-        return self._steps[self._position - 1].number if self._position else 0
-
-    @property
-    def redo_number(self) -> int:
-        """Number of the step that ``redo`` applies; 0 without one."""
-        return self._steps[self._position].number if self._position < len(self._steps) else 0
+    def redo_step(self) -> Step:
+        """The step that ``redo`` applies."""
+        return self._steps.redo_step
 
     @property
     def unfinished(self) -> bool:
@@ -216,19 +188,17 @@ class PostureEditor(QObject):
         """Return to the target before the last step; the robot moves or is placed there."""
         if self.cancel() or not self.can_undo:
             return
-        self._position -= 1
-        step = self._steps[self._position]
-        self._return_to(step.before)
-        self.notified.emit(f"Undone: {step.name}")
+        name = self.undo_step.name
+        self._return_to(self._steps.back())
+        self.notified.emit(f"Undone: {name}")
 
     def redo(self) -> None:
         """Apply the step that was undone last."""
         if not self.can_redo:
             return
-        step = self._steps[self._position]
-        self._position += 1
-        self._return_to(step.after)
-        self.notified.emit(f"Redone: {step.name}")
+        name = self.redo_step.name
+        self._return_to(self._steps.forward())
+        self.notified.emit(f"Redone: {name}")
 
     def _return_to(self, posture: FloatArray) -> None:
         self.target = posture

@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
 
 from tactile_maps.core.errors import TactileMapsError
+from tactile_maps.editing.history import NO_STEP, Step
 from tactile_maps.recording.encoding.annotations import Annotations, save_annotations
 from tactile_maps.recording.player import RecordingPlayer
+
+
+@dataclass(frozen=True, eq=False)
+class _NoteStep(Step):
+    value: Annotations
 
 
 class RecordingNotes(QObject):
@@ -23,7 +30,7 @@ class RecordingNotes(QObject):
         super().__init__(parent)
         self._path: Path | None = None
         self._began = ""
-        self._steps: list[tuple[str, Annotations]] = [("", Annotations())]
+        self._steps = [_NoteStep("", Annotations(), number=0)]
         self._at = 0
 
     def open(self, player: RecordingPlayer) -> None:
@@ -35,7 +42,7 @@ class RecordingNotes(QObject):
             self.failed.emit(str(error))
             return
         self._path = player.path
-        self._steps = [("", found)]
+        self._steps = [_NoteStep("", found, number=0)]
         self._at = 0
         self._began = player.began
         self.changed.emit()
@@ -43,7 +50,7 @@ class RecordingNotes(QObject):
     def close(self) -> None:
         """Show no annotations."""
         self._path = None
-        self._steps = [("", Annotations())]
+        self._steps = [_NoteStep("", Annotations(), number=0)]
         self._at = 0
         self.changed.emit()
 
@@ -55,7 +62,7 @@ class RecordingNotes(QObject):
     @property
     def value(self) -> Annotations:
         """Current annotations."""
-        return self._steps[self._at][1]
+        return self._steps[self._at].value
 
     def edit(self, name: str, value: Annotations) -> None:
         """Replace the annotations, and save them.
@@ -65,7 +72,7 @@ class RecordingNotes(QObject):
             value: The new annotations.
         """
         if self._path is not None and value != self.value and self._keep(value):
-            self._steps[self._at + 1 :] = [(name, value)]
+            self._steps[self._at + 1 :] = [_NoteStep(name, value)]
             self._at += 1
             self.changed.emit()
 
@@ -91,14 +98,14 @@ class RecordingNotes(QObject):
         return self._at + 1 < len(self._steps)
 
     @property
-    def undo_name(self) -> str:
-        """Name of the step that ``undo`` reverts."""
-        return self._steps[self._at][0]
+    def undo_step(self) -> Step:
+        """The step that ``undo`` reverts."""
+        return self._steps[self._at]
 
     @property
-    def redo_name(self) -> str:
-        """Name of the step that ``redo`` applies; empty if there is none."""
-        return self._steps[self._at + 1][0] if self.can_redo else ""
+    def redo_step(self) -> Step:
+        """The step that ``redo`` applies."""
+        return self._steps[self._at + 1] if self.can_redo else NO_STEP
 
     def undo(self) -> None:
         self._go(-1)
@@ -108,6 +115,6 @@ class RecordingNotes(QObject):
 
     def _go(self, steps: int) -> None:
         at = self._at + steps
-        if 0 <= at < len(self._steps) and self._keep(self._steps[at][1]):
+        if 0 <= at < len(self._steps) and self._keep(self._steps[at].value):
             self._at = at
             self.changed.emit()

@@ -2,18 +2,30 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
+
 from PySide6.QtCore import QObject, Signal
 
 from tactile_maps.editing.document import MapDocument
-from tactile_maps.editing.history import next_step_number
+from tactile_maps.editing.history import NO_STEP, Step
 from tactile_maps.scene.scene import Scene
 from tactile_widgets.document.map_editor import MapEditor
+
+_FIRST = "Open"
 
 
 def have_same_skin(first: Scene, second: Scene) -> bool:
     """Whether two scenes specify the same taxels on the same robot."""
     parts = ("robot", "taxel_files", "cover", "grids", "more_covers")
     return all(getattr(first, name) == getattr(second, name) for name in parts)
+
+
+@dataclass(frozen=True, eq=False)
+class _SkinStep(Step):
+    """The step that led to a scene, and the document of that scene at the time of the next step."""
+
+    scene: Scene
+    document: MapDocument | None = None
 
 
 class SkinSteps(QObject):
@@ -34,10 +46,7 @@ class SkinSteps(QObject):
     def __init__(self, editor: MapEditor | None = None, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._editor = editor
-        self._scenes: list[Scene] = []
-        self._names: list[str] = []  # of the steps between two scenes
-        self._numbers: list[int] = []
-        self._documents: list[MapDocument | None] = []  # at the time of the next step
+        self._steps: list[_SkinStep] = []  # the first led to the scene before all changes
         self._at = 0  # the scene that is shown
         self._requested = 0  # the scene that is shown once it is open
         self._from_start = False
@@ -50,7 +59,7 @@ class SkinSteps(QObject):
     @property
     def requested_name(self) -> str:
         """Name of the step that led to the requested scene."""
-        return ("Open", *self._names)[self._requested]
+        return self._steps[self._requested].name if self._steps else _FIRST
 
     @property
     def from_start(self) -> bool:
@@ -70,55 +79,43 @@ class SkinSteps(QObject):
     @property
     def _follows(self) -> bool:
         """Whether the step after the scene that is shown follows from the map as it is."""
-        if self._at >= len(self._scenes) - 1:
+        if self._at >= len(self._steps) - 1:
             return False
         history = None if self._editor is None else self._editor.history
-        document = self._documents[self._at]
+        document = self._steps[self._at].document
         return history is None or (document is not None and history.reaches(document))
 
     @property
-    def _document(self) -> MapDocument | None:
-        return None if self._editor is None else self._editor.document
+    def undo_step(self) -> Step:
+        """The step that ``undo`` reverts."""
+        return self._steps[max(self._at, self._requested)] if self.can_undo else NO_STEP
 
     @property
-    def undo_name(self) -> str:
-        """Name of the step that ``undo`` reverts; empty if there is none."""
-        return self._names[max(self._at, self._requested) - 1] if self.can_undo else ""
-
-    @property
-    def undo_number(self) -> int:
-        """Number of the step that ``undo`` reverts; 0 without one."""
-        return self._numbers[max(self._at, self._requested) - 1] if self.can_undo else 0
-
-    @property
-    def redo_number(self) -> int:
-        """Number of the step that ``redo`` repeats; 0 without one."""
-        return self._numbers[self._at] if self.can_redo else 0
-
-    @property
-    def redo_name(self) -> str:
-        """Name of the step that ``redo`` repeats; empty if there is none."""
-        return self._names[self._at] if self.can_redo else ""
+    def redo_step(self) -> Step:
+        """The step that ``redo`` repeats."""
+        return self._steps[self._at + 1] if self.can_redo else NO_STEP
 
     def push(self, name: str, before: Scene, after: Scene) -> None:
         """Add the step ``name`` from scene ``before`` to scene ``after`` and request to open ``after``."""
         self.cancel()
-        kept = self._scenes[: self._at + 1] if self._scenes else [before]
-        self._names = [*self._names[: self._at], name]
-        self._numbers = [*self._numbers[: self._at], next_step_number()]
-        self._documents = [*self._documents[: self._at], self._document]
-        self._scenes = [*kept, after]
+        kept = self._steps[: self._at + 1] or [_SkinStep(_FIRST, before, number=0)]
+        self._steps = [*kept, _SkinStep(name, after)]
+        self._keep_document()
         self._request(len(kept), from_start=True)
+
+    def _keep_document(self) -> None:
+        if self._editor is not None:
+            self._steps[self._at] = replace(self._steps[self._at], document=self._editor.document)
 
     @property
     def names_before(self) -> tuple[str, ...]:
         """Names of the skins before the current one, oldest first: of the step that led to each."""
-        return ("Open", *self._names)[: self._at]
+        return tuple(step.name for step in self._steps[: self._at])
 
     @property
     def names_after(self) -> tuple[str, ...]:
         """Names of the steps that can be redone, or that are being made."""
-        return tuple(self._names[self._at :]) if self._follows else ()
+        return tuple(step.name for step in self._steps[self._at + 1 :]) if self._follows else ()
 
     def undo(self) -> None:
         """Cancel a step whose scene is being opened; else undo the last step, which returns to the last edit before."""
@@ -142,23 +139,20 @@ class SkinSteps(QObject):
     def note_edits(self) -> None:
         """Note that the map was edited while the requested scene was being opened, before that is shown."""
         if self._requested > self._at:
-            self._documents[self._at] = self._document
+            self._keep_document()
 
     def show_scene(self, scene: Scene) -> None:
         """Find the opened scene among the steps; another scene discards them."""
-        at = next((number for number, one in enumerate(self._scenes) if have_same_skin(one, scene)), None)
+        at = next((number for number, step in enumerate(self._steps) if have_same_skin(step.scene, scene)), None)
         if at is None:
-            self._scenes = []
-            self._names = []
-            self._numbers = []
-            self._documents = []
+            self._steps = []
         self._at = at or 0
         self._requested = self._at  # which may have failed to open
         self.changed.emit()
 
     def cancel(self) -> None:
         """Stop opening the requested scene, or any other."""
-        name = self.undo_name if self.pending else ""
+        name = self.undo_step.name if self.pending else ""
         self._requested = self._at
         self.cancel_requested.emit(name)
         self.changed.emit()
@@ -167,4 +161,4 @@ class SkinSteps(QObject):
         self._requested = number
         self._from_start = from_start
         self.changed.emit()
-        self.scene_requested.emit(self._scenes[number])
+        self.scene_requested.emit(self._steps[number].scene)

@@ -118,7 +118,7 @@ class StateTracker(Presenter):
             edit_busy=editor.busy,
             patches_selected=bool(editor.selected),
             tool=self._tools.active,
-            undo=UndoState(stack.can_undo, stack.can_redo, stack.undo_name, stack.redo_name),
+            undo=UndoState(stack.can_undo, stack.can_redo, stack.undo_step.name, stack.redo_step.name),
             overlays=context.views.overlays,
             bodies_hidden=bool(context.views.robot.display.actors.hidden),
             light=context.theme.theme.name == "light",

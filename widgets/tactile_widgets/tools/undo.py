@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Protocol
 
+from tactile_maps.editing.history import NO_STEP, Step
 from tactile_widgets.document.map_editor import MapEditor
 from tactile_widgets.document.skin_steps import SkinSteps
 from tactile_widgets.tools.control.control_settings_editor import ControlSettingsEditor
@@ -22,12 +23,12 @@ class Undoable(Protocol):
         """Whether there is an undone step to redo."""
 
     @property
-    def undo_name(self) -> str:
-        """Name of the step that ``undo`` reverts; empty if there is none."""
+    def undo_step(self) -> Step:
+        """The step that ``undo`` reverts; ``NO_STEP`` if there is none."""
 
     @property
-    def redo_name(self) -> str:
-        """Name of the step that ``redo`` repeats; empty if there is none."""
+    def redo_step(self) -> Step:
+        """The step that ``redo`` repeats; ``NO_STEP`` if there is none."""
 
     def undo(self) -> None:
         """Undo the last step."""
@@ -36,16 +37,8 @@ class Undoable(Protocol):
         """Redo the last undone step."""
 
 
-class NumberedUndo(Undoable, Protocol):
-    """An undo stack whose steps have numbers in the order in which they were made, as those of other stacks."""
-
-    @property
-    def undo_number(self) -> int:
-        """Number of the step that ``undo`` reverts; 0 without one."""
-
-    @property
-    def redo_number(self) -> int:
-        """Number of the step that ``redo`` repeats; 0 without one."""
+class CancellableUndo(Undoable, Protocol):
+    """An undo stack whose ``undo`` first cancels something that is in progress."""
 
     @property
     def unfinished(self) -> bool:
@@ -62,29 +55,29 @@ class UndoInOrder:
         stacks: The stacks.
     """
 
-    def __init__(self, *stacks: NumberedUndo) -> None:
+    def __init__(self, *stacks: CancellableUndo) -> None:
         self._stacks = stacks
         self._newest = 0
         self._outdated: set[int] = set()  # numbers of steps that cannot be redone
 
     def note_edit(self) -> None:
         """Note an edit, if one was made since the last call."""
-        newest = max(stack.undo_number for stack in self._stacks)
+        newest = max(stack.undo_step.number for stack in self._stacks)
         if newest > self._newest:
             self._newest = newest
-            self._outdated.update(stack.redo_number for stack in self._stacks)
+            self._outdated.update(stack.redo_step.number for stack in self._stacks)
 
     @property
-    def _to_undo(self) -> NumberedUndo | None:
+    def _to_undo(self) -> CancellableUndo | None:
         """The stack of the last edit."""
         able = (stack for stack in self._stacks if stack.can_undo)
-        return max(able, key=lambda stack: (stack.unfinished, stack.undo_number), default=None)
+        return max(able, key=lambda stack: (stack.unfinished, stack.undo_step.number), default=None)
 
     @property
-    def _to_redo(self) -> NumberedUndo | None:
+    def _to_redo(self) -> CancellableUndo | None:
         """The stack of the first undone edit; None while another stack has something in progress."""
-        able = (stack for stack in self._stacks if stack.can_redo and stack.redo_number not in self._outdated)
-        first = min(able, key=lambda stack: stack.redo_number, default=None)
+        able = (stack for stack in self._stacks if stack.can_redo and stack.redo_step.number not in self._outdated)
+        first = min(able, key=lambda stack: stack.redo_step.number, default=None)
         return None if any(stack.unfinished for stack in self._stacks if stack is not first) else first
 
     @property
@@ -98,14 +91,14 @@ class UndoInOrder:
         return self._to_redo is not None
 
     @property
-    def undo_name(self) -> str:
-        """Name of the edit that ``undo`` reverts; empty if there is none."""
-        return "" if self._to_undo is None else self._to_undo.undo_name
+    def undo_step(self) -> Step:
+        """The edit that ``undo`` reverts."""
+        return NO_STEP if self._to_undo is None else self._to_undo.undo_step
 
     @property
-    def redo_name(self) -> str:
-        """Name of the edit that ``redo`` repeats; empty if there is none."""
-        return "" if self._to_redo is None else self._to_redo.redo_name
+    def redo_step(self) -> Step:
+        """The edit that ``redo`` repeats."""
+        return NO_STEP if self._to_redo is None else self._to_redo.redo_step
 
     def undo(self) -> None:
         """Cancel something in progress, or undo the last edit."""
@@ -139,34 +132,18 @@ class MapUndo:
         return history is not None and self._editor.enabled and (history.can_redo or self._skins.can_redo)
 
     @property
-    def undo_name(self) -> str:
-        """Name of the step that ``undo`` reverts."""
+    def undo_step(self) -> Step:
+        """The step that ``undo`` reverts."""
         history = self._editor.history
         if history is None or not history.position or self._skins.pending:
-            return self._skins.undo_name
-        return history.names[history.position]
+            return self._skins.undo_step
+        return history.undo_step
 
     @property
-    def redo_name(self) -> str:
-        """Name of the step that ``redo`` repeats."""
+    def redo_step(self) -> Step:
+        """The step that ``redo`` repeats."""
         history = self._editor.history
-        if history is not None and history.can_redo:
-            return history.names[history.position + 1]
-        return self._skins.redo_name if self._skins.can_redo else ""
-
-    @property
-    def undo_number(self) -> int:
-        """Number of the step that ``undo`` reverts; 0 without one."""
-        history = self._editor.history
-        if history is None or not history.position or self._skins.pending:
-            return self._skins.undo_number
-        return history.undo_number
-
-    @property
-    def redo_number(self) -> int:
-        """Number of the step that ``redo`` repeats; 0 without one."""
-        history = self._editor.history
-        return history.redo_number if history is not None and history.can_redo else self._skins.redo_number
+        return history.redo_step if history is not None and history.can_redo else self._skins.redo_step
 
     @property
     def unfinished(self) -> bool:
@@ -203,33 +180,22 @@ class ControlUndo:
     @property
     def can_undo(self) -> bool:
         """Whether there is a corner, a gesture or a step to undo."""
-        control = self._control
-        return control.enabled and (self._path.drawing or bool(control.gesture or control.steps.undo_name))
+        return self._control.enabled and (self.unfinished or bool(self.undo_step.number))
 
     @property
     def can_redo(self) -> bool:
         """Whether there is an undone step to redo and no path is being drawn."""
-        return self._control.enabled and bool(self._control.steps.redo_name) and not self._path.drawing
+        return self._control.enabled and bool(self.redo_step.number) and not self._path.drawing
 
     @property
-    def undo_name(self) -> str:
-        """Name of the step that ``undo`` reverts."""
-        return self._control.steps.undo_name
+    def undo_step(self) -> Step:
+        """The step that ``undo`` reverts."""
+        return self._control.steps.undo_step
 
     @property
-    def redo_name(self) -> str:
-        """Name of the step that ``redo`` repeats."""
-        return self._control.steps.redo_name
-
-    @property
-    def undo_number(self) -> int:
-        """Number of the step that ``undo`` reverts; 0 without one."""
-        return self._control.steps.undo_number
-
-    @property
-    def redo_number(self) -> int:
-        """Number of the step that ``redo`` repeats; 0 without one."""
-        return self._control.steps.redo_number
+    def redo_step(self) -> Step:
+        """The step that ``redo`` repeats."""
+        return self._control.steps.redo_step
 
     @property
     def unfinished(self) -> bool:

@@ -195,7 +195,7 @@ def test_undo_does_not_restore_the_path_of_a_previous_session(window):
     assert window.views.tool is PATH
     assert settings(window).path == ()
     assert window.live.prepared.skin is prepared.skin
-    assert window.presenters.control_tools.settings_editor.steps.undo_name == ""
+    assert window.presenters.control_tools.settings_editor.steps.undo_step.name == ""
     assert "draw a path" not in window.action("undo").iconText()
 
 

@@ -21,20 +21,20 @@ def drawn():
 
 def test_new_stack_has_nothing_to_undo_or_redo():
     steps = ControlUndoStack()
-    assert (steps.undo_name, steps.redo_name) == ("", "")
+    assert (steps.undo_step.name, steps.redo_step.name) == ("", "")
     assert steps.undo(PATH) is PATH
     assert steps.redo(PATH) is PATH
 
 
 def test_steps_are_undone_and_redone_in_order():
     steps = drawn()
-    assert steps.undo_name == "add a corner"
+    assert steps.undo_step.name == "add a corner"
     assert steps.undo(LONGER) == PATH
-    assert (steps.undo_name, steps.redo_name) == ("draw a path", "add a corner")
+    assert (steps.undo_step.name, steps.redo_step.name) == ("draw a path", "add a corner")
     assert steps.undo(PATH) == FIRST
     assert steps.redo(FIRST) == PATH
     assert steps.redo(PATH) == LONGER
-    assert steps.redo_name == ""
+    assert steps.redo_step.name == ""
 
 
 def test_undo_keeps_settings_changed_elsewhere():
@@ -47,14 +47,14 @@ def test_new_step_discards_undone_steps():
     steps = drawn()
     steps.undo(LONGER)
     steps.done("move a corner", PATH, replace(PATH, path=((0.0, 0.0), (0.2, 0.0))))
-    assert steps.redo_name == ""
-    assert steps.undo_name == "move a corner"
+    assert steps.redo_step.name == ""
+    assert steps.undo_step.name == "move a corner"
 
 
 def test_unchanged_settings_add_no_step():
     steps = drawn()
     steps.done("move a corner", LONGER, LONGER)
-    assert steps.undo_name == "add a corner"
+    assert steps.undo_step.name == "add a corner"
 
 
 def test_extended_steps_of_one_kind_are_merged():
@@ -64,7 +64,7 @@ def test_extended_steps_of_one_kind_are_merged():
         now, before = replace(now, force_goal=force), now
         steps.done("set the force", before, now, extend=True)
     assert steps.undo(now) == LONGER
-    assert steps.undo_name == "add a corner"
+    assert steps.undo_step.name == "add a corner"
 
 
 def test_extending_a_step_of_other_settings_adds_a_step():
@@ -85,6 +85,6 @@ def test_oldest_steps_are_discarded():
     for number in range(MOST_STEPS + 5):
         steps.done(f"{number}", replace(FIRST, force_goal=number), replace(FIRST, force_goal=number + 1))
     for _ in range(MOST_STEPS):
-        assert steps.undo_name
+        assert steps.undo_step.name
         steps.undo(FIRST)
-    assert steps.undo_name == ""
+    assert steps.undo_step.name == ""

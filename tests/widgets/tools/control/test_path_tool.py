@@ -243,13 +243,13 @@ def test_dragged_corner_is_requested_on_release(drawn, lead, corners):
     drawn.release(corners[1] + [0.0, 0.02])
     assert len(lead.asked) == 2
     np.testing.assert_allclose(path_in_force(lead), corners + [[0, 0], [0, 0.02], [0, 0]], atol=2 * PIXEL)
-    assert lead.steps.undo_name == "move a corner"
+    assert lead.steps.undo_step.name == "move a corner"
 
 
 def test_dragging_a_middle_adds_a_corner(drawn, lead, corners):
     start = corners[:2].mean(axis=0)
     drawn.drag(start, start + [-0.02, 0.01])
-    assert lead.steps.undo_name == "add a corner"
+    assert lead.steps.undo_step.name == "add a corner"
     np.testing.assert_allclose(np.delete(path_in_force(lead), 1, axis=0), corners, atol=PIXEL)
     np.testing.assert_allclose(path_in_force(lead)[1], start + [-0.02, 0.01], atol=2 * PIXEL)
 
@@ -257,7 +257,7 @@ def test_dragging_a_middle_adds_a_corner(drawn, lead, corners):
 def test_dragging_the_line_moves_the_path(drawn, lead, corners):
     start = corners[0] + 0.25 * (corners[1] - corners[0])
     drawn.drag(start, start + [0.01, 0.01])
-    assert lead.steps.undo_name == "move the path"
+    assert lead.steps.undo_step.name == "move the path"
     np.testing.assert_allclose(path_in_force(lead), corners + 0.01, atol=2 * PIXEL)
 
 

@@ -51,7 +51,7 @@ def test_click_sets_the_target(hand, lead, centre):
     (settings,) = lead.asked
     assert (settings.controller, settings.task) == ("hybrid", "hold_point")
     np.testing.assert_allclose(settings.path, [centre], atol=PIXEL)
-    assert lead.steps.undo_name == "set the target"
+    assert lead.steps.undo_step.name == "set the target"
 
 
 def test_drag_moves_the_target_in_one_step(held, lead, centre):

@@ -108,17 +108,17 @@ def test_undo_steps_are_scenes():
         steps.show_scene(shown[-1])
 
     steps.push("Taxel grid", one, two)
-    assert (steps.pending, steps.can_redo, steps.undo_name) == (True, False, "Taxel grid")
+    assert (steps.pending, steps.can_redo, steps.undo_step.name) == (True, False, "Taxel grid")
     assert (steps.names_before, steps.names_after) == ((), ("Taxel grid",))
     opened()
     steps.push("Skin", two, three)
     steps.undo()
-    assert (cancelled[-1], steps.pending, steps.redo_name) == ("Skin", False, "Skin")
+    assert (cancelled[-1], steps.pending, steps.redo_step.name) == ("Skin", False, "Skin")
     steps.redo()
     steps.go(1)
     assert shown == [two, three, three], "the step that is being made is not requested again"
     opened()
-    assert (steps.can_undo, steps.can_redo, steps.undo_name) == (True, False, "Skin")
+    assert (steps.can_undo, steps.can_redo, steps.undo_step.name) == (True, False, "Skin")
     for change in (steps.undo, steps.undo, steps.redo):
         change()
         opened()
@@ -132,7 +132,7 @@ def test_undo_steps_are_scenes():
     assert (steps.names_before, steps.names_after) == ((), ("Taxel grid", "Skin"))
     steps.redo()
     steps.show_scene(one)  # the one requested last did not open
-    assert (steps.can_undo, steps.redo_name) == (False, "Taxel grid")
+    assert (steps.can_undo, steps.redo_step.name) == (False, "Taxel grid")
     steps.show_scene(scene_for("d.urdf"))
     assert (steps.can_undo, steps.can_redo) == (False, False)
 

@@ -7,7 +7,7 @@ the controller panel in the meantime.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import fields, replace
 from functools import partial
 from typing import Any, TypedDict, Unpack
 
@@ -15,10 +15,10 @@ from PySide6.QtCore import QObject, Signal
 
 from tactile_maps.control.controller_registry import has_task
 from tactile_maps.control.motion.command import ControlSettings, TaskName
-from tactile_maps.editing.history import next_step_number
 from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.maps.path_on_body import Points
 from tactile_maps.maps.paths import PathKind
+from tactile_widgets.document.step_list import StepList
 from tactile_widgets.tools.control.carried_paths import CarriedPaths
 from tactile_widgets.tools.control.drawn_path import DrawnPath
 
@@ -33,23 +33,6 @@ class SettingChanges(TypedDict, total=False):
     path: tuple[tuple[float, float], ...]
     path_kind: PathKind
     task: TaskName
-
-
-@dataclass(frozen=True)
-class ControlStep:
-    """Undo step.
-
-    Attributes:
-        name: Name shown to the user, a verb.
-        before: Previous values of the settings it changed.
-        after: New values of the same settings.
-        number: Number of the step.
-    """
-
-    name: str
-    before: dict[str, Any]
-    after: dict[str, Any]
-    number: int = field(default_factory=next_step_number)
 
 
 def _values(settings: ControlSettings, names: Sequence[str]) -> dict[str, Any]:
@@ -69,37 +52,11 @@ def _with_path(values: dict[str, Any], kind: PathKind, carry: Carry) -> dict[str
     return {**values, "path": path, **({} if carried == kind else {"path_kind": carried})}
 
 
-class ControlUndoStack:
-    """Undo steps and the current position among them. Mutable."""
+class ControlUndoStack(StepList[dict[str, Any]]):
+    """Undo steps with the previous and new values of the settings that each changes, by name. Mutable."""
 
     def __init__(self) -> None:
-        self._steps: list[ControlStep] = []
-        self._position = 0
-
-    def reset(self) -> None:
-        """Discard all steps."""
-        self._steps = []
-        self._position = 0
-
-    @property
-    def undo_name(self) -> str:
-        """Name of the step that ``undo`` reverts; empty if there is none."""
-        return self._steps[self._position - 1].name if self._position else ""
-
-    @property
-    def redo_name(self) -> str:
-        """Name of the step that ``redo`` repeats; empty if there is none."""
-        return self._steps[self._position].name if self._position < len(self._steps) else ""
-
-    @property
-    def undo_number(self) -> int:
-        """Number of the step that ``undo`` reverts; 0 without one."""
-        return self._steps[self._position - 1].number if self._position else 0
-
-    @property
-    def redo_number(self) -> int:
-        """Number of the step that ``redo`` repeats; 0 without one."""
-        return self._steps[self._position].number if self._position < len(self._steps) else 0
+        super().__init__(MOST_STEPS)
 
     def done(self, name: str, before: ControlSettings, after: ControlSettings, *, extend: bool = False) -> None:
         """Add a step unless nothing changed; undone steps are discarded.
@@ -111,14 +68,9 @@ class ControlUndoStack:
             extend: Whether to merge it with the last step if that has the same name and changed the same settings.
         """
         names = [f.name for f in fields(after) if getattr(before, f.name) != getattr(after, f.name)]
-        if not names:
-            return
-        step = ControlStep(name, _values(before, names), _values(after, names))
-        kept = self._steps[: self._position]
-        if extend and kept and kept[-1].name == name and kept[-1].before.keys() == step.before.keys():
-            step = replace(step, before=kept.pop().before)
-        self._steps = [*kept, step][-MOST_STEPS:]
-        self._position = len(self._steps)
+        if names:
+            same = self._position > 0 and [*self._steps[self._position - 1].before] == names
+            self.push(name, _values(before, names), _values(after, names), extend=extend and same)
 
     def carry(self, kind: PathKind, carry: Carry) -> None:
         """Carry the paths of all steps to another map.
@@ -134,17 +86,11 @@ class ControlUndoStack:
 
     def undo(self, settings: ControlSettings) -> ControlSettings:
         """Return ``settings`` without the last step; unchanged if there is none."""
-        if not self._position:
-            return settings
-        self._position -= 1
-        return replace(settings, **self._steps[self._position].before)
+        return replace(settings, **self.back()) if self.undo_step.number else settings
 
     def redo(self, settings: ControlSettings) -> ControlSettings:
         """Return ``settings`` with the last undone step; unchanged if there is none."""
-        if self._position == len(self._steps):
-            return settings
-        self._position += 1
-        return replace(settings, **self._steps[self._position - 1].after)
+        return replace(settings, **self.forward()) if self.redo_step.number else settings
 
 
 DEFAULT_CONTROLLER = "hybrid"
@@ -281,14 +227,14 @@ class ControlSettingsEditor(QObject):
         if self.gesture:
             self.cancel()
             return
-        name = self.steps.undo_name
+        name = self.steps.undo_step.name
         if name and self.enabled:
             self._request(self.steps.undo(self.settings))
             self.notified.emit(f"Undone: {name}")
 
     def redo(self) -> None:
         """Redo the last undone step."""
-        name = self.steps.redo_name
+        name = self.steps.redo_step.name
         if name and self.enabled and not self.gesture:
             self._request(self.steps.redo(self.settings))
             self.notified.emit(f"Redone: {name}")
