@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gc
+import weakref
 from pathlib import Path
 
 import pytest
@@ -12,14 +14,14 @@ from PySide6.QtWidgets import QApplication, QDockWidget, QLabel, QMenu, QPushBut
 
 from tactile_widgets.common.guide_window import GuidePlace
 from tactile_widgets.common.number_field import NumberField
-from tactile_widgets.common.panel import CollapsibleHeading
 from tactile_widgets.common.settings import Settings
 from tactile_widgets.panels.control.posture_panel import PosturePanel
 from tactile_widgets.panels.model.accuracy_panel import AccuracyPanel
 from tactile_widgets.panels.registry import PANELS
 from tactile_widgets.panels.touch.contacts_panel import ContactsPanel
+from tactile_widgets.session.backends import INLINE
 from tests.widgets.support.mouse import left_release
-from tests.widgets.support.window_driver import press_map, run
+from tests.widgets.support.window_driver import close_window, open_window, press_map, run
 
 pytestmark = pytest.mark.qt_log_ignore("This plugin does not support")
 
@@ -83,24 +85,17 @@ def test_undocked_panel_works_and_returns_to_its_place(window):
     assert order(window) == before
 
 
-def test_returned_panel_has_its_place_in_the_tab_order(window):
-    def visited():
-        """Return the headings of the panels in the order of Tab."""
-        found = []
-        widget = window.column.nextInFocusChain()
-        while widget is not window.column:
-            if isinstance(widget, CollapsibleHeading):
-                found.append(widget.text())
-            widget = widget.nextInFocusChain()
-        return found
-
-    before = visited()
-    panels = [panel for panel in window.column if isinstance(panel, ContactsPanel | PosturePanel)]
-    assert len(panels) == 2
-    for panel in panels:
-        undock(panel)
-        dock_of(window, panel).close()
-        assert visited() == before
+def test_window_is_released_after_its_panels_returned(qapp, tmp_path, own_files):
+    window = open_window(tmp_path, INLINE)
+    for panel in window.column:
+        window.panel_docks.toggle(panel)
+        window.panel_docks.toggle(panel)
+    kept = weakref.ref(window)
+    close_window(window)
+    del window, panel
+    qapp.sendPostedEvents(None, QEvent.Type.DeferredDelete.value)
+    gc.collect()
+    assert kept() is None
 
 
 def test_layout_is_saved_and_applied_by_name(window):

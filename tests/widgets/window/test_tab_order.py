@@ -56,3 +56,19 @@ def test_backtab_visits_all_panels_in_reverse_order(window_again):
     there = walk(window_again, Qt.Key.Key_Tab)
     back = walk(window_again, Qt.Key.Key_Backtab)
     assert {one.objectName() for one in back} == {one.objectName() for one in there}
+
+
+def test_returned_panels_have_their_places_in_the_tab_order(window_again):
+    window_again.column.show_tab(PanelTab.MAP)
+    activate(window_again)
+    before = walk(window_again, Qt.Key.Key_Tab)
+    panels = [panel for panel in window_again.column if panel.isVisible()]
+    assert len(panels) > 2
+    for panel in panels:
+        window_again.panel_docks.toggle(panel)
+    QApplication.processEvents()
+    for panel in (*panels[1:], panels[0]):
+        window_again.panel_docks.toggle(panel)
+    QApplication.processEvents()
+    activate(window_again)
+    assert walk(window_again, Qt.Key.Key_Tab) == before

@@ -143,6 +143,9 @@ class Panel(QWidget):
         self._heading.toggled.connect(self._body.setHidden)
         self._heading.clicked.connect(self.folded_changed)
         self._heading.menu_requested.connect(self._show_menu)
+        # With its focus proxy, the panel is one unit for ``setTabOrder``; it receives no focus itself.
+        self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        self.setFocusProxy(self._heading)
         self.undocked = False
         self.column = column_layout(parent=self._body)
         self.help = self._help_button()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
-from itertools import pairwise
 from typing import TypeVar
 
 from PySide6.QtCore import QPoint, Qt, QTimer, Signal
@@ -60,17 +59,6 @@ class _Page(QScrollArea):
         self.ensureWidgetVisible(widget, 0, 0)
         bar = self.verticalScrollBar()
         bar.setValue(min(bar.value(), widget.mapTo(self._content, QPoint(0, 0)).y()))
-
-
-def _tab_stops(panel: Panel) -> list[QWidget]:
-    """Return the widgets of a panel that Tab visits, in order."""
-    found = list[QWidget]()
-    widget = panel.nextInFocusChain()
-    while widget is not None and panel.isAncestorOf(widget):
-        if widget.focusPolicy() & Qt.FocusPolicy.TabFocus:
-            found.append(widget)
-        widget = widget.nextInFocusChain()
-    return found
 
 
 class PanelColumn(QWidget):
@@ -195,10 +183,8 @@ class PanelColumn(QWidget):
         panel.undocked = False
         self._page(tab).add(panel, row=len(above))
         panel.show()
-        before = [widget for other in self._panels[:number] if not other.undocked for widget in _tab_stops(other)]
-        chain = [*(before or [self._tabs])[-1:], *_tab_stops(panel)]
-        for one, other in pairwise(chain):  # Qt puts a widget that changes its window last
-            QWidget.setTabOrder(one, other)
+        before = next((other for other in reversed(self._panels[:number]) if not other.undocked), self._tabs)
+        QWidget.setTabOrder(before, panel)  # Qt puts a widget that changes its window last
 
     @property
     def folded(self) -> tuple[str, ...]:
