@@ -6,7 +6,7 @@ import pickle
 from functools import partial
 
 import pytest
-from PySide6.QtWidgets import QApplication, QLabel, QMessageBox
+from PySide6.QtWidgets import QApplication, QLabel, QMessageBox, QToolButton
 
 from tactile_maps.editing.arrange import move
 from tactile_maps.editing.document_file import load_document
@@ -25,6 +25,7 @@ from tests.widgets.presenters.test_skin_presenter import (
     previewed,
     wait_for_counts,
 )
+from tests.widgets.support.mouse import left_click
 from tests.widgets.support.window_driver import answer, cancel, record_run, run
 
 pytestmark = pytest.mark.usefixtures("scene_cache")
@@ -148,6 +149,43 @@ def test_save_applies_the_choice_and_saves_it_once_it_is_shown(window, tmp_path,
     assert unsaved(window) == ()
 
 
+def messages(window):
+    return [message.text for message in window.notification_bar.messages]
+
+
+def open_again(window):
+    """Complete what is being opened, then press the button of the message that something is not opened."""
+    window.live.scene_jobs.executor.hold = False
+    window.live.scene_jobs.executor.run_waiting()
+    QApplication.processEvents()
+    buttons = window.notification_bar.findChildren(QToolButton, "message-remedy")
+    left_click(next(button for button in buttons if button.text() == "Open again"))
+    QApplication.processEvents()
+
+
+def test_opening_that_a_change_of_the_skin_stops_is_offered_again(window, tmp_path, choose_file, rods):
+    stopped = "The opening of {} was cancelled, because the skin is being changed."
+    record_run(window, tmp_path / "a.mcap", 0.1)
+    choose_file("save_file", tmp_path / "own.toml")
+    click_box(window, "wrist")
+    window.live.scene_jobs.executor.hold = True
+    window.presenters.files.open_path(str(tmp_path / "a.mcap"))
+    window.action("save").trigger()
+    assert stopped.format("a.mcap") in messages(window)
+    open_again(window)
+    assert {*load_scene(str(tmp_path / "own.toml")).cover.links} == {*LINKS, "wrist"}
+    assert window.live.replay.player.path == tmp_path / "a.mcap"
+    window.live.replay.leave()
+    assert counts(window).keys() == {*LINKS, "wrist"}
+    window.live.scene_jobs.executor.hold = True
+    window.presenters.files.open_path(rods)
+    window.action("undo").trigger()
+    assert stopped.format("rods.xml") in messages(window)
+    assert counts(window).keys() == {*LINKS}
+    open_again(window)
+    assert window.live.prepared.robot.name == "rods"
+
+
 def test_choice_that_cannot_be_applied_is_not_offered_to_be_saved(window, rods, tmp_path):
     click_box(window, "wrist")
     window.live.recording.start(tmp_path / "a.mcap")
@@ -257,7 +295,7 @@ def test_choice_made_while_a_robot_is_opened_is_saved_instead(window, tmp_path, 
     opening.run_waiting()
     answer(window, Button.Save)
     qtbot.waitUntil((tmp_path / "own.toml").exists)
-    assert "opening was cancelled" in window.notification_bar.text
+    assert "The opening of rods.xml was cancelled" in "".join(one.text for one in window.notification_bar.messages)
     assert window.live.prepared.robot.name == "arm"
     assert counts(window).keys() == {*LINKS, "wrist"}
     assert unsaved(window) == ()
@@ -298,6 +336,7 @@ def test_other_changes_are_saved_without_a_choice_that_cannot_be(new_window, tmp
 def crash(window, prepared):
     """Show the arm again as the next start of the program does after a crash, which leaves the copy of the work."""
     files = window.presenters.map_files
+    files._wait()  # a running autosave precludes another one
     files.autosave()
     files._wait()
     window.live.show_prepared(pickle.loads(pickle.dumps(prepared)))

@@ -80,6 +80,7 @@ class SessionHost(QObject):
         admit: Called with a function that shows what was opened in the background, and with its scene unless it is a
             recording or continues one; calls the function at once or later.
         opening: Whether something is being opened, or waits to be shown.
+        opening_recording: The recording that is being opened, or waits to be shown; None without one.
     """
 
     frame_ready = Signal(object)
@@ -119,6 +120,7 @@ class SessionHost(QObject):
         self._shown: Frame | None = None
         self.admit: Callable[[Callable[[], None], Scene | None], None] = lambda show, _scene: show()
         self.opening = False
+        self.opening_recording: Path | None = None
         self.recording = RecordingControl(self, backends.recording_writer(), self)
         self.replay = ReplayControl(self, self)
         self.connection = LiveConnection(self, self)
@@ -214,6 +216,7 @@ class SessionHost(QObject):
     def end_progress(self) -> None:
         """Emit ``loading_ended``."""
         self.opening = False
+        self.opening_recording = None
         self.loading_ended.emit()
 
     def report_failure(self, text: str) -> None:
@@ -290,8 +293,10 @@ class SessionHost(QObject):
     def open_recording(self, path: str | Path) -> None:
         """Read a recording; the current session continues until it is ready."""
         self.cancel_loading()
-        self.report_progress(f"Opening {Path(path).name}", 0.0)
-        self.scene_jobs.open_recording(Path(path))
+        path = Path(path)
+        self.report_progress(f"Opening {path.name}", 0.0)
+        self.opening_recording = path
+        self.scene_jobs.open_recording(path)
 
     def cancel_loading(self) -> None:
         """Stop opening; the current session continues."""

@@ -12,7 +12,7 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtGui import QGuiApplication
+from PySide6.QtGui import QAction, QGuiApplication
 from PySide6.QtWidgets import QMenu, QWidget
 
 from tactile_maps.core.errors import SkinError, TactileMapsError
@@ -108,6 +108,10 @@ class FilePresenter(Presenter):
         context.panels.get(HistoryPanel).follow_skin(tools.skin_steps)
         context.panels.get(ControllerPanel).scene_requested.connect(self.open_shipped)
         self._open_again: Callable[[], None] | None = None
+        self._begun: tuple[str, Callable[[], None]] = "", lambda: None  # name of the opened scene; opens it again
+        self._reopen = QAction("Open again", self)
+        self._reopen.triggered.connect(lambda: self._stopped())
+        self._stopped: Callable[[], None] = lambda: None  # opens again what a change of the skin stopped
         self._opening: str | None = None
         self._imported: str | None = None  # file of the step that is pushed
         context.session.opening_stopped.connect(self._on_opening_stopped)
@@ -307,10 +311,12 @@ class FilePresenter(Presenter):
             read: Whether the file was read with all checks just now, so that it is not read again.
             chosen: Whether the user chose its skin in the panel, so that no file contains it.
         """
-        self._open_again = partial(self.open_scene, scene, file=file, recent=recent, read=read, chosen=chosen)
+        again = partial(self.open_scene, scene, file=file, recent=recent, read=read, chosen=chosen)
+        self._open_again = again
 
         def start() -> None:
             self._opening = recent
+            self._begun = scene.title or scene.name, again
             self._scene_file.expect(file)
             self._map_files.expect_chosen(scene if chosen else None)
             rooted = with_package_roots(scene, self._context.settings.package_roots)
@@ -370,9 +376,20 @@ class FilePresenter(Presenter):
             self._on_opening_stopped()
 
     def _on_skin_cancel_requested(self, name: str) -> None:
-        self._session.cancel_loading()
+        """Stop opening the scene of a step, or another scene or a recording, which can be opened again."""
+        session = self._session
+        recording = session.opening_recording
+        subject, again = self._begun
+        if recording is not None:
+            subject, again = recording.name, partial(self.open_path, str(recording))
+        other = session.opening and not name and not session.replay.taking_over
+        session.cancel_loading()
         if name:
             self._notifier.status(f"{name}: cancelled")
+        elif other:
+            self._stopped = again
+            text = f"The opening of {subject} was cancelled, because the skin is being changed."
+            self._notifier.say(text, remedies=[self._reopen], of="open file", lasting=True)
 
     def _on_prepared_changed(self, prepared: PreparedScene) -> None:
         """Add the opened file to the recent files."""

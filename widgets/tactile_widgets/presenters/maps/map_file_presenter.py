@@ -910,10 +910,8 @@ class MapFilePresenter(Presenter):
             unsaved = tuple(name for name in unsaved if name not in self._unopened_names)
 
         def go(discarding: bool) -> None:
-            if self._session.opening:
+            if self._session.opening:  # otherwise it was cancelled meanwhile
                 self._go(then, discarding)
-            else:
-                self._notifier.say("The opening was cancelled meanwhile: open it again.")
 
         self._ask(unsaved, go, otherwise)
 
