@@ -234,7 +234,7 @@ class DocumentFile:
         self.path = path
         self._saved = saved
         self._folder = folder
-        self._autosaved: tuple[MapDocument, str, str] | None = None  # with the texts of its scene and chosen cover
+        self._autosaved: tuple[MapDocument, dict[str, str]] | None = None  # with the texts that accompany it
         self._signature = _signature(path)
 
     @property
@@ -278,13 +278,14 @@ class DocumentFile:
             return self._folder / AUTOSAVE_NAME
         return None if self.path is None else self.path.with_name(self.path.name + AUTOSAVE_ENDING)
 
-    def autosave(self, document: MapDocument, *, scene: str = "", cover: str = "") -> bool:
+    def autosave(self, document: MapDocument, *, scene: str = "", cover: str = "", unopened: str = "") -> bool:
         """Write an autosave if the document or its scene has unsaved changes. Return whether it was written.
 
         Args:
             document: The document.
             scene: Text of its scene if that has changes that are not saved; else empty.
             cover: Text of a cover that is chosen for its skin but not applied; empty without one.
+            unopened: Text of a scene whose skin is chosen before it is opened; empty without one.
 
         May run in another thread, in order with ``save_as``; compression does not block the window.
 
@@ -292,14 +293,15 @@ class DocumentFile:
             MapError: It cannot be written.
         """
         file = self.autosave_file
-        if not self.unsaved(document) and not scene and not cover:
+        texts = {"scene": scene, "cover": cover, "unopened": unopened}
+        if not self.unsaved(document) and not any(texts.values()):
             self.drop_autosave()
             return False
-        if file is None or (document, scene, cover) == self._autosaved:
+        if file is None or (document, texts) == self._autosaved:
             return False
-        about = {"file": "" if self.path is None else str(self.path), "scene": scene, "cover": cover}
+        about = {"file": "" if self.path is None else str(self.path), **texts}
         write_atomically(file, document_to_bytes(document, about=about), error=MapError)
-        self._autosaved = document, scene, cover
+        self._autosaved = document, texts
         return True
 
     def drop_autosave(self) -> None:

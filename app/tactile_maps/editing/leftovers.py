@@ -22,6 +22,7 @@ class Leftover:
         file: Map file of the document; None if it had none.
         scene: Text of the scene that its skin needs; empty if that was saved.
         cover: Text of the cover that was chosen for its skin but not applied; empty without one.
+        unopened: Text of a scene whose skin was chosen before it was opened; empty without one.
         written: Time of the autosave [s since 1970].
     """
 
@@ -30,6 +31,7 @@ class Leftover:
     file: Path | None
     scene: str
     cover: str
+    unopened: str
     written: float
 
     @property
@@ -76,7 +78,7 @@ def find_leftovers(parent: Path) -> list[Leftover]:
             about = about_from_bytes(data, file=path)
             file = Path(about["file"]) if about.get("file") else None
             document = document_from_bytes(data, file=path)
-            texts = about.get("scene", ""), about.get("cover", "")
+            texts = about.get("scene", ""), about.get("cover", ""), about.get("unopened", "")
             leftover = Leftover(claim, document, file, *texts, path.stat().st_mtime)
         if leftover is None:
             claim.release()

@@ -401,6 +401,27 @@ def choosing(window, tmp_path):
     window.live.scene_jobs.executor.hold = False
 
 
+def test_choice_for_a_robot_that_is_not_open_is_restored_after_a_crash(choosing, prepared):
+    window = choosing
+    click_box(window, "left")
+    panel_of(window).taxels.setValue(65)
+    choice = panel_of(window).cover
+    crash(window, prepared)
+    assert "a skin chosen for another robot" in window.notification_bar.text
+    window.action("restore_map").trigger()
+    QApplication.processEvents()
+    assert (panel_of(window).cover, chosen(window)) == (choice, {"right"})
+    assert UNOPENED in unsaved(window)
+    crash(window, prepared)
+    window.action("restore_map").trigger()
+    window.live.scene_jobs.executor.hold = False
+    window.editor.undo()
+    click(window, "skin-apply")
+    assert window.live.prepared.robot.name == "rods"
+    assert counts(window).keys() == {"right"}
+    assert sum(counts(window).values()) == 65
+
+
 def test_panel_names_the_robot_that_is_not_open_until_it_shows_another_skin(choosing):
     panel = panel_of(choosing)
     name = panel.findChild(QLabel, "skin-robot")

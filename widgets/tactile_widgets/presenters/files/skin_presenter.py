@@ -76,6 +76,7 @@ class SkinPresenter(Presenter):
         self._robot: Robot | None = None  # whose links the panel lists
         self._plan: CoverPlan | None = None  # of the scene that is being opened
         self._opening: Scene | None = None  # the panel chooses its skin before it is opened
+        self._restored = False  # a crash left this choice
         self._applied = CoverSpec()  # of the document
         self.preview = SkinPreview(context.backends.executor("skin preview", self), self)
         self.preview.found.connect(self._panel.show_candidates)
@@ -95,6 +96,7 @@ class SkinPresenter(Presenter):
         session.mode_changed.connect(self._show_chosen)  # emitted once the document of another scene is shown
         map_files.begun.connect(self._on_document_begun)
         map_files.choice_restored.connect(self._show_chosen)
+        map_files.unopened_restored.connect(self._on_unopened_restored)
         map_files.apply_requested.connect(self._on_save_requested)
         map_files.choice_refusal = self._choice_refusal
         for signal in (session.mode_changed, session.recording.changed, session.connection.changed):
@@ -126,11 +128,20 @@ class SkinPresenter(Presenter):
     def _choose_first(self, plan: CoverPlan) -> None:
         """Let the user choose the skin of a scene that is not open yet."""
         cover = replace(plan.scene.cover, links=plan.links)
-        self._opening = with_cover(plan.scene, cover)
-        self._robot = None
         self._map_files.note_unopened(None)
+        self._show_unopened(plan.scene, cover, restored=False)
+
+    def _on_unopened_restored(self, scene: Scene) -> None:
+        """Show again what a crash left of a choice for a scene that is not open."""
+        self._show_unopened(scene, scene.cover, restored=True)
+        self.show_panel()
+
+    def _show_unopened(self, scene: Scene, cover: CoverSpec, *, restored: bool) -> None:
+        self._opening = with_cover(scene, cover) if cover.links else scene
+        self._restored = restored
+        self._robot = None
         self._display.set_preview(None)
-        name = Path(plan.scene.robot).stem
+        name = Path(scene.robot).stem
         self._panel.show_choice(SkinChoice(cover, of=name, apply="Open", applicable=True))
         self._on_refusal_changed()
 
@@ -216,8 +227,8 @@ class SkinPresenter(Presenter):
     def _note_choice(self) -> None:
         panel = self._panel
         if (scene := self._opening) is not None:
-            made = panel.different or self._map_files.opening_chosen
-            self._map_files.note_unopened(UnopenedChoice(Path(scene.robot).stem, panel.cover) if made else None)
+            made = panel.different or self._restored or self._map_files.opening_chosen
+            self._map_files.note_unopened(UnopenedChoice(replace(scene, cover=panel.cover)) if made else None)
         elif self._of_document:
             self._map_files.note_choice(panel.cover if panel.different else None)
 

@@ -82,12 +82,15 @@ class UnopenedChoice:
     """A skin that is chosen for a robot that is not open yet.
 
     Attributes:
-        robot: Name of the robot.
-        cover: The chosen cover.
+        scene: Scene of the robot, with the chosen cover.
     """
 
-    robot: str
-    cover: CoverSpec
+    scene: Scene
+
+    @property
+    def robot(self) -> str:
+        """Name of the robot."""
+        return Path(self.scene.robot).stem
 
     @property
     def name(self) -> str:
@@ -151,6 +154,8 @@ class MapFilePresenter(Presenter):
     """Another scene is edited; that Scene if the user chose its skin before it was opened, else None."""
     choice_restored = Signal()
     """Show the chosen skin, which a crash left."""
+    unopened_restored = Signal(Scene)
+    """Show the skin that is chosen for this scene, which is not open; a crash left it."""
     apply_requested = Signal()
     """Apply the chosen skin, because it is being saved."""
 
@@ -551,9 +556,10 @@ class MapFilePresenter(Presenter):
             return
         file = self._leftovers[0].file
         subject = "This map" if file is None else file.name
+        unopened = " They include a skin chosen for another robot." if self._leftovers[0].unopened else ""
         more = f" There are {len(self._leftovers)} such copies, this is the newest." if len(self._leftovers) > 1 else ""
         self._notifier.offer(
-            f"{subject} has edits that were not saved when the program ended.{more}",
+            f"{subject} has edits that were not saved when the program ended.{unopened}{more}",
             remedies=[self._context.actions["restore_map"], self._context.actions["discard_restore"]],
             dismiss="Later",
         )
@@ -565,7 +571,8 @@ class MapFilePresenter(Presenter):
         texts = list[str]()
         if {"map", "skin"} & {*self.unsaved} and self._context.settings.preferences.asks(Question.RESTORE):
             texts.append("The map was edited since. Restoring replaces these edits; Undo brings them back.")
-        if self._leftovers[0].cover and self._choice is not None:
+        first = self._leftovers[0]
+        if (first.cover and self._choice is not None) or (first.unopened and self._unopened is not None):
             texts.append("A skin was chosen since. Restoring replaces this choice.")
         if not texts:
             self._restore()
@@ -610,6 +617,10 @@ class MapFilePresenter(Presenter):
             if leftover.cover:
                 self.note_choice(cover_from_toml(leftover.cover))
                 self.choice_restored.emit()
+            if leftover.unopened:
+                choice = UnopenedChoice(scene_from_toml(leftover.unopened, name="restored"))
+                self.note_unopened(choice)
+                self.unopened_restored.emit(choice.scene)
 
     def _scene_of(self, leftover: Leftover) -> Scene:
         """Return the scene of an autosave, with the name of the scene that runs."""
@@ -623,7 +634,8 @@ class MapFilePresenter(Presenter):
         assert self._file is not None
         self._wait()
         with self._notifier.errors_shown("autosave"):
-            self._file.autosave(document, scene=self._scene_text, cover=self._cover_text)
+            texts = {"scene": self._scene_text, "cover": self._cover_text, "unopened": self._unopened_text}
+            self._file.autosave(document, **texts)
             self._leftovers.remove(leftover)
             leftover.discard()
         self._offer()
@@ -827,7 +839,7 @@ class MapFilePresenter(Presenter):
         if self._file is None or document is None or self._editor.gesture or not self._written():
             return
         texts = {"scene": self._scene_text, "cover": self._cover_text}
-        self._writing = self._writer.submit(self._file.autosave, document, **texts)
+        self._writing = self._writer.submit(self._file.autosave, document, **texts, unopened=self._unopened_text)
 
     @property
     def _scene_text(self) -> str:
@@ -839,6 +851,11 @@ class MapFilePresenter(Presenter):
     def _cover_text(self) -> str:
         """The chosen cover as text; empty without one."""
         return "" if self._choice is None else cover_to_toml(self._choice)
+
+    @property
+    def _unopened_text(self) -> str:
+        """The scene that is not open, with its chosen skin, as text; empty without one."""
+        return "" if self._unopened is None else scene_to_toml(self._unopened.scene)
 
     def _written(self) -> bool:
         """Whether the last autosave is complete; an error is reported once."""
