@@ -248,7 +248,7 @@ def test_user_or_leaving_the_session_ends_sending(panel, driver, window_again):
     assert panel.isHidden()
 
 
-def test_other_machine_is_rejected_with_a_message(panel):
+def test_other_machine_is_rejected_with_a_message(panel, window_again):
     panel.findChild(QLineEdit, "motion-address").setText("udp://192.0.2.1:9900")
     choose(panel, "Hold force")
     press(panel)
@@ -303,6 +303,10 @@ def test_missing_driver_is_named(panel, driver):
     press(panel)
     assert "No program receives at the driver's address" in text(panel, "notes")
     assert not panel.findChild(QPushButton, "motion-send").isChecked()
+    (message,) = window_again.notification_bar.messages
+    assert message.fault
+    assert message.text.startswith("Sending to the robot did not start: ")
+    assert "not enabled" in message.text
 
 
 def test_panel_fits_the_column_for_long_joint_names(panel):

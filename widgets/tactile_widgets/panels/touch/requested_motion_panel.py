@@ -41,6 +41,8 @@ class RequestedMotionPanel(ConnectedPanel):
 
     stop_reported = Signal(str)
     """Reason for which sending stopped without the user's request; empty once the motion is sent again."""
+    start_refused = Signal(str)
+    """Reason why sending did not start."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__("Requested motion", _NAME, _REFRESH_MS, parent)
@@ -156,7 +158,9 @@ class RequestedMotionPanel(ConnectedPanel):
         if on:
             limits = MotionLimits(self._speed.value(), self._most_force.value())
             self._act(lambda live: live.send_motion(self._address.text().strip(), limits))
-            if self._switch.isChecked():
+            if self._error:
+                self.start_refused.emit(self._error)
+            elif self._switch.isChecked():
                 self.stop_reported.emit("")
         else:
             self._arm.setChecked(False)

@@ -166,7 +166,9 @@ class LiveInputPresenter(Presenter):
         panel.channels_listed.connect(partial(context.panels.reveal, panel))
         panel.gap_reported.connect(self._on_gap_reported)
         panel.facts_shown.connect(self._on_facts_shown)
-        context.panels.get(RequestedMotionPanel).stop_reported.connect(self._on_stop_reported)
+        motion = context.panels.get(RequestedMotionPanel)
+        motion.stop_reported.connect(self._on_stop_reported)
+        motion.start_refused.connect(self._on_start_refused)
         context.panels.get(SkinCheckPanel).report_requested.connect(self._choose_report)
         context.session.connection.changed.connect(self._on_live_input_changed)
         context.session.mode_changed.connect(self._on_mode_changed)
@@ -222,6 +224,9 @@ class LiveInputPresenter(Presenter):
             self._notifier.fault(f"Sending to the robot stopped: {reason}", of="send motion")
         else:
             self._notifier.succeed("send motion")
+
+    def _on_start_refused(self, reason: str) -> None:
+        self._notifier.fault(f"Sending to the robot did not start: {reason}", of="send motion")
 
     def _on_gap_reported(self, gap: ReadingGap | None) -> None:
         """Mark the views as old, and report why no readings are used, once for each cause until readings are used.
