@@ -8,7 +8,7 @@ from contextlib import suppress
 
 import numpy as np
 import pytest
-from PySide6.QtWidgets import QApplication, QComboBox, QLabel, QLineEdit, QPushButton
+from PySide6.QtWidgets import QApplication, QComboBox, QLabel, QLineEdit, QMessageBox, QPushButton
 
 from tactile_maps.live.motion.motion_output import MotionOutput
 from tactile_maps.live.sources.open import SourceOptions
@@ -16,6 +16,7 @@ from tactile_maps.tactile.press import press_skin
 from tactile_widgets.panels.panel_column import COLUMN_WIDTH
 from tactile_widgets.panels.touch.requested_motion_panel import RequestedMotionPanel
 from tactile_widgets.session.live_input import LiveInputSettings
+from tests.live.channels.test_tare import during, readings
 from tests.support.touch import bar_skin, prepared_bar
 from tests.widgets.support.mouse import left_click
 
@@ -248,12 +249,62 @@ def test_user_or_leaving_the_session_ends_sending(panel, driver, window_again):
     assert panel.isHidden()
 
 
+def test_arming_after_a_doubtful_tare_asks_first(panel, window_again, tmp_path):
+    """The skin is touched during all of a tare, then released; a second tare is clean."""
+
+    def question():
+        return next((box for box in window_again.findChildren(QMessageBox) if box.isVisible()), None)
+
+    def press_in_question(name):
+        box = question()
+        left_click(next(button for button in box.buttons() if button.text().replace("&", "") == name))
+        QApplication.processEvents()
+        assert question() is None
+
+    rows = readings(during(0, 60, readings=200))
+    lines = [",".join(map(str, [0.01 * number, *row, 0.3])) for number, row in enumerate(rows)]
+    head = f"time,{','.join(map(str, range(60)))},joint:hinge"
+    (tmp_path / "touched.csv").write_text("\n".join([head, *lines, ""]))
+    live = window_again.live
+    live.connection.open(LiveInputSettings(str(tmp_path / "touched.csv"), SourceOptions(speed=None), tare=50))
+    panel.read(55)
+    assert live.live_input.session.facts.held_in_tare
+    switch, armed = (panel.findChild(QPushButton, f"motion-{name}") for name in ("send", "arm"))
+    arm(panel)
+    assert "something seems to have touched" in question().text()
+    press_in_question("Cancel")
+    assert not armed.isChecked()
+    assert not switch.isEnabled()
+    arm(panel)
+    press_in_question("Arm anyway")
+    assert armed.isChecked()
+    assert switch.isEnabled()
+    panel.read(20)
+    assert live.live_input.session.facts.falling
+    left_click(switch)
+    assert "fall below their baseline" in question().text()
+    assert not armed.isChecked()
+    assert not switch.isChecked()
+    press_in_question("Tare again")
+    panel.read(60)
+    facts = live.live_input.session.facts
+    assert (facts.taring, facts.held_in_tare, facts.falling) == (False, (), False)
+    assert not armed.isChecked()
+    arm(panel)
+    assert question() is None
+    assert armed.isChecked()
+
+
 def test_other_machine_is_rejected_with_a_message(panel, window_again):
     panel.findChild(QLineEdit, "motion-address").setText("udp://192.0.2.1:9900")
     choose(panel, "Hold force")
     press(panel)
     assert "not enabled" in text(panel, "notes")
     assert not panel.findChild(QPushButton, "motion-send").isChecked()
+    (message,) = window_again.notification_bar.messages
+    assert message.fault
+    assert message.text.startswith("Sending to the robot did not start: ")
+    assert "not enabled" in message.text
 
 
 def test_port_of_the_readings_is_rejected_with_a_message(panel, window_again):
@@ -303,10 +354,6 @@ def test_missing_driver_is_named(panel, driver):
     press(panel)
     assert "No program receives at the driver's address" in text(panel, "notes")
     assert not panel.findChild(QPushButton, "motion-send").isChecked()
-    (message,) = window_again.notification_bar.messages
-    assert message.fault
-    assert message.text.startswith("Sending to the robot did not start: ")
-    assert "not enabled" in message.text
 
 
 def test_panel_fits_the_column_for_long_joint_names(panel):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from PySide6.QtCore import Qt, Signal
@@ -10,8 +10,10 @@ from PySide6.QtWidgets import QLineEdit, QSizePolicy, QWidget
 
 from tactile_maps.control.controller_registry import CONTROLLERS
 from tactile_maps.control.limit_texts import limit_text
+from tactile_maps.core.errors import names_text
 from tactile_maps.live.motion.command_latency import latency_text
 from tactile_maps.live.motion.motion_sender import FORCES, SPEEDS, MotionLimits, StopReason
+from tactile_maps.live.session.facts import MeasuredFacts
 from tactile_maps.robots.model.robot import Robot
 from tactile_widgets.common.make import SteadyLabel, add_fact, make, push_button, row_layout, value_label
 from tactile_widgets.common.number_field import NumberField
@@ -43,10 +45,13 @@ class RequestedMotionPanel(ConnectedPanel):
     """Reason for which sending stopped without the user's request; empty once the motion is sent again."""
     start_refused = Signal(str)
     """Reason why sending did not start."""
+    tare_doubted = Signal(str)
+    """Reason why the tare is doubtful, which prevents arming; ``arm`` arms nevertheless."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__("Requested motion", _NAME, _REFRESH_MS, parent)
         self._error = ""
+        self._accepted = ""  # the doubt about the tare with which the user armed
         grid = self.grid()
         grid.setColumnStretch(0, 1)
         self._controller = make(
@@ -86,7 +91,7 @@ class RequestedMotionPanel(ConnectedPanel):
         self._switch = push_button(
             self, "motion-send", "Send to the robot", _SEND_TIP, self._on_switched, checkable=True
         )
-        self._arm = push_button(self, "motion-arm", "Arm", _ARM_TIP, self._show_armed, checkable=True)
+        self._arm = push_button(self, "motion-arm", "Arm", _ARM_TIP, self._on_armed, checkable=True)
         self._switch.setEnabled(False)
         self.column.addLayout(row_layout(self._arm, self._switch, stretch=self._switch))
         # The buttons must not move under the pointer: changing texts are below them and keep their height.
@@ -108,7 +113,33 @@ class RequestedMotionPanel(ConnectedPanel):
         self._arm.setChecked(False)
         self._show_armed()
 
-    def _show_armed(self, _armed: bool = False) -> None:
+    def arm(self) -> None:
+        """Arm, although the tare may be doubtful."""
+        self._accepted = self._doubt
+        self._arm.setChecked(True)
+        self._show_armed()
+
+    def _on_armed(self, armed: bool) -> None:
+        self._accepted = ""
+        if not (armed and self._disarm_if_doubted()):
+            self._show_armed()
+
+    def _disarm_if_doubted(self) -> bool:
+        """Disarm and report why, if the tare is doubtful for a reason that the user has not accepted."""
+        doubt = self._doubt
+        if doubt in ("", self._accepted):
+            return False
+        self._switch.setChecked(False)
+        self._arm.setChecked(False)
+        self._show_armed()
+        self.tare_doubted.emit(doubt)
+        return True
+
+    @property
+    def _doubt(self) -> str:
+        return "" if self._input is None else " ".join(tare_doubts(self._input.facts()[0]))
+
+    def _show_armed(self) -> None:
         active = self._switch.isChecked()
         self._arm.setEnabled(not active)
         self._switch.setEnabled(active or self._arm.isChecked())
@@ -155,20 +186,39 @@ class RequestedMotionPanel(ConnectedPanel):
         self._act(lambda live: live.use_controller(self._names[index]))
 
     def _on_switched(self, on: bool) -> None:
-        if on:
+        if on and not self._disarm_if_doubted():
             limits = MotionLimits(self._speed.value(), self._most_force.value())
             self._act(lambda live: live.send_motion(self._address.text().strip(), limits))
             if self._error:
                 self.start_refused.emit(self._error)
             elif self._switch.isChecked():
                 self.stop_reported.emit("")
-        else:
+        elif not on:
             self._arm.setChecked(False)
             self._act(LiveInput.stop_motion)
 
     def _act(self, act: Callable[[LiveInput], None]) -> None:
         self._error = self._try(act)
         self.refresh()
+
+
+def held_text(taxels: Sequence[str]) -> str:
+    """Return a sentence about the taxels that seem to have been touched during all of a tare."""
+    return f"During the tare something seems to have touched {names_text(taxels)}: contacts there are hidden."
+
+
+def tare_doubts(facts: MeasuredFacts) -> tuple[str, ...]:
+    """Return why the tare may hide contacts or show wrong ones, one sentence per reason."""
+    texts = []
+    if facts.held_in_tare:
+        texts.append(held_text(facts.held_in_tare))
+    if facts.falling:
+        names = names_text(facts.falling_taxels)
+        texts.append(
+            f"Readings of {names} fall below their baseline: they are inverted, or something touched the skin during "
+            "the tare."
+        )
+    return tuple(texts)
 
 
 def _fastest(robot: Robot, facts: MotionFacts, line: Callable[[str, str], str]) -> str:

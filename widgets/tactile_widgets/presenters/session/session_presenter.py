@@ -20,7 +20,7 @@ from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.context.presenter import Presenter
 from tactile_widgets.dialogs.connect_dialog import ConnectDialog
 from tactile_widgets.panels.touch.live_input_panel import LiveInputPanel
-from tactile_widgets.panels.touch.requested_motion_panel import RequestedMotionPanel
+from tactile_widgets.panels.touch.requested_motion_panel import RequestedMotionPanel, held_text
 from tactile_widgets.panels.touch.skin_check_panel import SkinCheckPanel
 from tactile_widgets.plots.timeline.playhead import clock_text
 from tactile_widgets.plots.timeline.scrub_bar import DamagedSpan
@@ -29,6 +29,7 @@ from tactile_widgets.session.live_input import LiveInputSettings
 from tactile_widgets.session.recording_writer import make_recording_folder
 
 _PLAY_MS = 16
+_TARE_AGAIN = "Tare again"
 _MOST_NAMED = 3
 """Number of damages that a message names; *inspect* lists all."""
 
@@ -169,6 +170,7 @@ class LiveInputPresenter(Presenter):
         motion = context.panels.get(RequestedMotionPanel)
         motion.stop_reported.connect(self._on_stop_reported)
         motion.start_refused.connect(self._on_start_refused)
+        motion.tare_doubted.connect(self._on_tare_doubted)
         context.panels.get(SkinCheckPanel).report_requested.connect(self._choose_report)
         context.session.connection.changed.connect(self._on_live_input_changed)
         context.session.mode_changed.connect(self._on_mode_changed)
@@ -228,6 +230,20 @@ class LiveInputPresenter(Presenter):
     def _on_start_refused(self, reason: str) -> None:
         self._notifier.fault(f"Sending to the robot did not start: {reason}", of="send motion")
 
+    def _on_tare_doubted(self, reason: str) -> None:
+        """Ask whether to arm although the tare is doubtful."""
+
+        def answered(answer: str) -> None:
+            if answer == _TARE_AGAIN:
+                self._tare_again()
+            else:
+                self._context.panels.get(RequestedMotionPanel).arm()
+
+        text = f"{reason} The robot may then move against what it does not feel."
+        self._context.dialogs.ask_button(
+            "doubtful-tare", "Arm after a doubtful tare?", text, ["Arm anyway", _TARE_AGAIN], answered
+        )
+
     def _on_gap_reported(self, gap: ReadingGap | None) -> None:
         """Mark the views as old, and report why no readings are used, once for each cause until readings are used.
 
@@ -252,8 +268,7 @@ class LiveInputPresenter(Presenter):
             return
         texts = []
         if facts.held_in_tare:
-            names = names_text(facts.held_in_tare)
-            texts.append(f"During the tare something seems to have touched {names}: contacts there are hidden.")
+            texts.append(held_text(facts.held_in_tare))
         if facts.touched_in_tare:
             names = names_text(facts.touched_in_tare)
             texts.append(f"A part of the tare was left out for {names}, which were touched.")
