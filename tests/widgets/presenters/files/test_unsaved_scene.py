@@ -262,6 +262,8 @@ def test_scene_and_map_are_saved_and_opened_as_one_document(window, saving, tmp_
     window.action("save").trigger()
     assert saving == ["Save scene"]
     (scene,) = tmp_path.glob("*.toml")
+    saved = [one.text for one in window.notification_bar.messages if one.text.startswith("Saved")]
+    assert saved == [f"Saved {scene.with_suffix('.npz')} and {scene.name}"]
     assert window.windowTitle().startswith(f"{scene.name}[*]")
     assert window.presenters.map_files.unsaved == ()
     window.presenters.files.open_robot("arm")

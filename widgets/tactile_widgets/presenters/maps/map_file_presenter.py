@@ -683,22 +683,27 @@ class MapFilePresenter(Presenter):
         unsaved = self._changed
         if {*unsaved} - {"map"} and not self._scene.save_own():
             return False
-        return "map" not in self._changed if unsaved and "map" not in unsaved else self.save()
+        if unsaved and "map" not in unsaved:
+            return "map" not in self._changed
+        return self.save(self._scene.path if {*unsaved} - {"map"} else None)
 
-    def save(self) -> bool:
+    def save(self, scene: Path | None = None) -> bool:
         """Save the map; ask for a file the first time, or before replacing a changed one. Return success.
 
         The first file is next to that of the scene, if the scene has one.
+
+        Args:
+            scene: File of the scene that was saved just now, which the message names too.
         """
         if self._file is None:
             return False
         if self._file.path is None:
-            scene = self._scene.scene
-            path = None if scene is None else map_file_of(self._scene.path, scene)
-            return self.choose_save() if path is None or path.exists() else self._save(path)
+            shown = self._scene.scene
+            path = None if shown is None else map_file_of(self._scene.path, shown)
+            return self.choose_save(scene) if path is None or path.exists() else self._save(path, scene)
         path = self._file.path
         if not self._file.changed_elsewhere:
-            return self._save(path)
+            return self._save(path, scene)
         text = f"{path} was changed by another window or program since it was opened or saved here."
         buttons = Button.Save | Button.Cancel
 
@@ -711,17 +716,17 @@ class MapFilePresenter(Presenter):
         )
         return False
 
-    def choose_save(self) -> bool:
-        """Ask for a file and save the map. Return whether it was saved."""
+    def choose_save(self, scene: Path | None = None) -> bool:
+        """Ask for a file and save the map; for ``scene`` see ``save``. Return whether it was saved."""
         prepared = self._session.prepared
         if prepared is None:
             return False
         own = self.path or self._scene.path
         name = f"{prepared.robot.name if own is None else own.stem}.npz"
         path = self._context.dialogs.save_file("Save map", name, _MAPS, remembers=False)
-        return bool(path) and self._save(Path(path))
+        return bool(path) and self._save(Path(path), scene)
 
-    def _save(self, path: Path) -> bool:
+    def _save(self, path: Path, scene: Path | None = None) -> bool:
         document = self._editor.document
         if self._file is None or document is None:
             return False
@@ -740,7 +745,9 @@ class MapFilePresenter(Presenter):
             text = f"Saved {path}. Save the scene as {path.stem}.toml to open both together."
             self._notifier.say(text, remedies=[self._context.actions["save_scene"]], of="save map")
         else:
-            self._notifier.say(f"Saved {path}", of="save map")
+            self._notifier.succeed("save map")
+            also = "" if scene is None else f" and {scene.name if scene.parent == path.parent else scene}"
+            self._notifier.say(f"Saved {path}{also}", of="save scene" if also else "save map")
         self._context.settings.add_recent(str(path))
         self.changed.emit()
         return True
