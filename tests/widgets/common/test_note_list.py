@@ -39,6 +39,16 @@ def test_long_text_wraps_over_as_many_lines_as_needed(made):
     assert made.visualItemRect(made.item(0)).height() > 2 * made.visualItemRect(made.item(1)).height()
 
 
+def test_long_head_wraps_above_the_text(made):
+    made.show_notes([Note("Neighbouring taxels fall below their baseline far more than the others", ""), NOTES[1]])
+    both = made.fontMetrics().lineSpacing()
+    first, second = (made.visualItemRect(made.item(number)) for number in range(2))
+    assert first.height() > second.height() - both / 2
+    image = made.viewport().grab(first).toImage()
+    lower = [image.pixelColor(x, y) for y in range(first.height() // 2, first.height()) for x in range(image.width())]
+    assert len({colour.name() for colour in lower}) > 2, "the second line of the head"
+
+
 @pytest.mark.parametrize("width", [60, 90, 133, 211])
 def test_lines_break_between_words_unless_a_word_exceeds_a_line(made, width):
     text = f"a path drawn on the map is kept in {'/folders' * 9} as\nwas said"

@@ -9,7 +9,6 @@ from typing import NamedTuple
 from PySide6.QtCore import QEvent, QPointF, QRect, QSize, Qt
 from PySide6.QtGui import (
     QFont,
-    QFontMetrics,
     QGuiApplication,
     QKeyEvent,
     QKeySequence,
@@ -58,16 +57,15 @@ class _NoteDelegate(RowDelegate):
         assert isinstance(view, QListWidget)
         width = view.viewport().width()
         font = small_font(option.font)
-        text = _wrapped(index.data(_NOTE).text, font, _text_width(width))
-        height = QFontMetrics(font).lineSpacing() + text.boundingRect().height() + 2 * _MARGIN
-        return QSize(width, ceil(height))
+        note = index.data(_NOTE)
+        parts = [_wrapped(part, font, _text_width(width)) for part in (note.head, note.text)]
+        return QSize(width, ceil(sum(part.boundingRect().height() for part in parts) + 2 * _MARGIN))
 
     def draw(self, painter: QPainter, option: QStyleOptionViewItem, index: ModelIndex) -> None:
         note = index.data(_NOTE)
         rect = option.rect
         role = QPalette.ColorRole
         painter.setFont(small_font(option.font))
-        metrics = painter.fontMetrics()
         if option.state & QStyle.StateFlag.State_Selected:
             accent = option.palette.color(role.Link)
             accent.setAlphaF(0.2)
@@ -75,13 +73,12 @@ class _NoteDelegate(RowDelegate):
         if note.fault:
             mark = QRect(rect.left(), rect.top() + _MARGIN, 3, rect.height() - 2 * _MARGIN)
             painter.fillRect(mark, option.palette.color(role.BrightText))
-        inner = QRect(rect.left() + 2 * _MARGIN, rect.top() + _MARGIN, _text_width(rect.width()), rect.height())
-        painter.setPen(option.palette.color(role.PlaceholderText))
-        head = metrics.elidedText(note.head, Qt.TextElideMode.ElideMiddle, inner.width())
-        painter.drawText(inner, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignTop, head)
-        painter.setPen(option.palette.color(role.Text))
-        below = QPointF(inner.left(), inner.top() + metrics.lineSpacing())
-        _wrapped(note.text, painter.font(), inner.width()).draw(painter, below)
+        below = QPointF(rect.left() + 2 * _MARGIN, rect.top() + _MARGIN)
+        for part, ink in ((note.head, role.PlaceholderText), (note.text, role.Text)):
+            painter.setPen(option.palette.color(ink))
+            lines = _wrapped(part, painter.font(), _text_width(rect.width()))
+            lines.draw(painter, below)
+            below.setY(below.y() + lines.boundingRect().height())
 
 
 def _wrapped(text: str, font: QFont, width: int) -> QTextLayout:
