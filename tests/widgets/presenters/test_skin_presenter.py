@@ -229,6 +229,16 @@ def test_reasons_of_two_links_without_taxels_are_written_out(qtbot):
     assert lines == ["⚠ b has no room", "⚠ c has no room", "⚠ 1 more link without taxels: point at it for the reason"]
 
 
+def test_names_that_differ_only_at_their_end_are_distinguished(window):
+    tree = panel_of(window).tree
+    names = [f"left_hand_index_finger_distal_phalanx_fingertip_link_{end}" for end in "ab"]
+    tree.show_candidates([CoverCandidate(name, 0.01, True) for name in names])
+    QApplication.processEvents()
+    rows = [tree.viewport().grab(tree.visualItemRect(tree.rows[name])).toImage() for name in names]
+    assert rows[0] != rows[1]
+    assert [tree.rows[name].toolTip(0).split()[0] for name in names] == names
+
+
 @pytest.mark.long
 def test_newer_choice_cancels_the_preview_of_an_older_one(window, qtbot):
     preview = window.presenters.skin.preview

@@ -48,6 +48,7 @@ class LinkTree(QTreeWidget):
         self.setRootIsDecorated(False)
         self.setItemsExpandable(False)
         self.setUniformRowHeights(True)
+        self.setTextElideMode(Qt.TextElideMode.ElideMiddle)  # names of a robot often begin alike
         self.setTabKeyNavigation(False)
         self.rows: dict[str, QTreeWidgetItem] = {}
         self._reserved = False
