@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from PySide6.QtGui import QColor
 
+from tactile_maps.editing.arrange import move
 from tactile_maps.editing.document import MapDocument, show_patches
 from tactile_widgets.common.colours import DARK, LIGHT, PressureScale
 from tactile_widgets.views.layers import LAYERS, at_first
@@ -58,7 +59,7 @@ def example_task(tactile_map, *, above=0.03):
     body, up = (np.array([of(one) for one in at]) for of in (skin.position, skin.normal))
     tail = ContactTrail(np.zeros(30, int), way, body, up, np.linspace(0.98, 0.0, 30), np.zeros(30, bool))
     crossing = np.array([[lines[0].on_map[-1], lines[1].on_map[0]]])
-    return TaskOverlay(ReferencePath(lines, crossing), tactile_map.to_body(here), 3.0, 0, tail)
+    return TaskOverlay(ReferencePath(lines, crossing, np.array([[0, 1]])), tactile_map.to_body(here), 3.0, 0, tail)
 
 
 def colour(view, point):
@@ -190,3 +191,21 @@ def test_task_layer_matches_its_snapshot(view, tactile_map, theme):
     frame = touched(tactile_map, [middle_taxel(tactile_map, 0)])
     view.show_frame(frame, task=replace(example_task(tactile_map), contact=frame.regions[0].id))
     check_picture(view, f"task_on_map_{theme.name}")
+
+
+def test_path_and_contact_path_are_drawn_with_a_patch_that_is_dragged(view, tactile_map):
+    task = example_task(tactile_map)
+    view.show_task(task)
+    by = np.array([0.0, -0.02])
+    start = MapDocument.of(tactile_map)
+    moving = [task.path.lines[0].on_map[10], task.tail.on_map[-3]]
+    inks = [colour(view, point) for point in moving]
+    view.show_document(move(start, [0], (0.0, -0.3)), in_gesture=True)
+    view.show_document(move(start, [0], tuple(by)), in_gesture=True)
+    for point, ink in zip(moving, inks, strict=True):
+        assert np.abs(colour(view, point + by) - ink).max() < 40
+    assert not near(colour(view, moving[0]), DARK.intent)
+    still = task.path.lines[1].on_map
+    assert near(colour(view, still[len(still) // 2]), DARK.intent)
+    view.show_document(start, in_gesture=True)
+    assert near(colour(view, moving[0]), DARK.intent)

@@ -47,10 +47,12 @@ class ReferencePath:
     Attributes:
         lines: Its pieces, in the direction of motion.
         crossings: (c, 2, 2) jumps where it continues elsewhere on the map: start and end [m].
+        crossed: (c, 2) patches of start and end of each jump.
     """
 
     lines: tuple[SkinPolyline, ...] = ()
     crossings: FloatArray = field(default_factory=lambda: np.zeros((0, 2, 2)))
+    crossed: IntArray = field(default_factory=lambda: np.zeros((0, 2), np.int64))
 
     def __bool__(self) -> bool:
         """Whether it has any piece."""

@@ -195,9 +195,11 @@ class TaskOverlayBuilder:
         path = active_path(self._settings, self._report, self._transitions)
         if path is None:
             return NO_PATH
-        ends = [[map_.to_map(crossing.leaves), map_.to_map(crossing.enters)] for crossing in path.crossings]
+        ends = [place for crossing in path.crossings for place in (crossing.leaves, crossing.enters)]
+        on_map = np.array([map_.to_map(place) for place in ends]).reshape(-1, 2, 2)
+        crossed = np.array([place.patch for place in ends], np.int64).reshape(-1, 2)
         lines = tuple(line for part in path.points_on_map for line in lines_on_skin(part, map_))
-        return ReferencePath(lines, np.array(ends).reshape(-1, 2, 2))
+        return ReferencePath(lines, on_map, crossed)
 
     def _target(self, map_: TactileMap) -> SurfacePoint | None:
         """Target of the task; before its first report, the start of the path."""

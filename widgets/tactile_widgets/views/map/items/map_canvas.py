@@ -108,6 +108,7 @@ class MapCanvas:
         taxels: Item of the taxels.
         pressures: (taxels,) [Pa] as shown.
         shapes: Locations of everything on the canvas; its frame is the same for all documents.
+        still: The same before the current gesture.
         scale: Current pressure scale.
         skin_texture: Pixels of the image, for the robot view; replaced when ``take`` returns True.
         fault_legend: Meaning of the current marks on faulty taxels.
@@ -124,7 +125,7 @@ class MapCanvas:
     ) -> None:
         self.document = document
         self.pressures = np.zeros(len(document.skin))
-        self.shapes = MapShapes.of(document, SceneTransform.around(document.map.bounds))
+        self.shapes = self.still = MapShapes.of(document, SceneTransform.around(document.map.bounds))
         self.held: tuple[int, ...] = ()
         self._nets: dict[int, Wireframe] = {}
         self.theme = theme
@@ -164,6 +165,8 @@ class MapCanvas:
         """
         self.document = document
         self.shapes = MapShapes.of(document, self.shapes.frame, known=self.shapes)
+        if not in_gesture:
+            self.still = self.shapes
         pairs = enumerate(zip(self.atlas.charts, document.charts, strict=True))
         new = tuple(number for number, (old, chart) in pairs if old is not chart)
         rebuilt = bool(new) and not in_gesture

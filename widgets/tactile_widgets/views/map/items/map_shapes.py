@@ -84,6 +84,10 @@ class PatchShape:
         """Convert chart points (..., 2) [m] to scene points."""
         return np.asarray(points) @ self.placed[:2] + self.placed[2]
 
+    def to_chart(self, points: FloatArray) -> FloatArray:
+        """Convert scene points (..., 2) to chart points [m]."""
+        return (points - self.placed[2]) @ np.linalg.inv(self.placed[:2])
+
     @cached_property
     def box(self) -> FloatArray:
         """(2, 2) upper left and lower right corner [scene units]."""

@@ -216,7 +216,7 @@ class MapPainter:
     def _paint_task(self, painter: QPainter, marks: MapMarks, picture: MapCanvas, view: QTransform) -> None:
         if marks.task:
             target = None if marks.target is None else view.map(marks.target)
-            self._task.paint(painter, marks.task, target, picture.shapes, view, self.theme)
+            self._task.paint(painter, marks.task, target, picture.shapes, picture.still, view, self.theme)
 
     def _paint_names(
         self, painter: QPainter, marks: MapMarks, picture: MapCanvas, view: QTransform, room: QRectF

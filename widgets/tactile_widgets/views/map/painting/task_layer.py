@@ -49,33 +49,41 @@ class TaskPainter:
         task: TaskOverlay,
         target: QPointF | None,
         shapes: MapShapes,
+        still: MapShapes,
         view: QTransform,
         theme: Theme,
     ) -> None:
-        """Paint path, contact path and target.
+        """Paint path, contact path and target; path and contact path move with patches that are being dragged.
 
         Args:
             painter: Painter of the viewport.
             task: Task to paint.
             target: Its target [px]; None if that is not visible.
             shapes: Shapes of the map that is shown.
+            still: Shapes of the map of the task, before a drag.
             view: Conversion of scene units to pixels.
             theme: Its intent is the controller's colour.
         """
 
-        def pixels(places: FloatArray) -> FloatArray:
-            return shapes.frame.to_scene(places) * [view.m11(), view.m22()] + [view.dx(), view.dy()]
+        def pixels(places: FloatArray, patch: int) -> FloatArray:
+            scene = shapes.frame.to_scene(places)
+            if shapes is not still:
+                scene = shapes.patches[patch].to_scene(still.patches[patch].to_chart(scene))
+            return scene * [view.m11(), view.m22()] + [view.dx(), view.dy()]
 
-        lines = [pixels(line.on_map) for line in task.path.lines if shapes.patches[line.patch].shown]
-        hops = [pixels(ends) for ends in task.path.crossings] if task.path else []
+        path = task.path
+        lines = [pixels(line.on_map, line.patch) for line in path.lines if shapes.patches[line.patch].shown]
+        jumps = zip(path.crossings, path.crossed, strict=True) if path else ()
+        hops = [np.stack([pixels(*end) for end in zip(ends, patches, strict=True)]) for ends, patches in jumps]
         if lines or hops:
             low, high = (f(np.concatenate([*lines, *hops]), axis=0) for f in (np.min, np.max))
             bounds = QRectF(*low, *(high - low)).adjusted(-_ROOM, -_ROOM, _ROOM, _ROOM)
             key = (task.path, shapes, view.m11(), view.dx(), view.dy(), theme.intent)
             self._path_cache.paint(painter, key, bounds, partial(_paint_path, lines, hops, QColor(theme.intent)))
         for part in task.tail.lines:
-            if shapes.patches[int(task.tail.patch[part.start])].shown:
-                _paint_tail(painter, pixels(task.tail.on_map[part]), task.tail.age[part])
+            patch = int(task.tail.patch[part.start])
+            if shapes.patches[patch].shown:
+                _paint_tail(painter, pixels(task.tail.on_map[part], patch), task.tail.age[part])
         if target is not None:
             # Outside of the target, because the touch is mostly at the target already.
             draw_cross(painter, target, _CLEAR, _REACH, (make_pen(_HALO, 5.0), make_pen(theme.intent, 2.2)))
