@@ -7,12 +7,13 @@ import weakref
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import QEvent, QPoint
+from PySide6.QtCore import QEvent, QPoint, Qt
 from PySide6.QtGui import QAction, QContextMenuEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QDockWidget, QLabel, QMenu, QPushButton, QToolButton
 
 from tactile_widgets.common.guide_window import GuidePlace
+from tactile_widgets.common.mode import Mode
 from tactile_widgets.common.number_field import NumberField
 from tactile_widgets.common.settings import Settings
 from tactile_widgets.panels.control.posture_panel import PosturePanel
@@ -20,7 +21,7 @@ from tactile_widgets.panels.model.accuracy_panel import AccuracyPanel
 from tactile_widgets.panels.registry import PANELS
 from tactile_widgets.panels.touch.contacts_panel import ContactsPanel
 from tactile_widgets.session.backends import INLINE
-from tests.widgets.support.mouse import left_release
+from tests.widgets.support.mouse import left_click, left_release
 from tests.widgets.support.window_driver import close_window, open_window, press_map, run
 
 pytestmark = pytest.mark.qt_log_ignore("This plugin does not support")
@@ -113,6 +114,35 @@ def test_layout_is_saved_and_applied_by_name(window):
     window.settings.delete_layout("poking")
     menu.aboutToShow.emit()
     assert [(item.text(), item.isEnabled()) for item in menu.actions()] == [("No saved layouts", False)]
+
+
+def test_undocked_panel_keeps_its_keys_and_returns_the_focus(window, qtbot):
+    def focus(control):
+        dock.activateWindow()
+        control.setFocus()
+        qtbot.waitUntil(lambda: QApplication.focusWidget() is control)
+
+    def view_has_keys():
+        return QApplication.focusWidget() is window.map_view
+
+    window.map_view.setFocus()
+    panel = window.column["controller"]
+    undock(panel)
+    dock = dock_of(window, panel)
+    focus(panel._buttons["hold_force"])
+    left_click(panel._buttons["hold_force"])
+    qtbot.waitUntil(view_has_keys)
+    QTest.keyClick(QApplication.focusWidget(), Qt.Key.Key_Space)
+    assert window.live.mode is Mode.PAUSED
+    window.action("pause").trigger()
+    run(window, 0.1)
+    tick = window.live.runner.session.frame.tick
+    slider = next(one._slider for one in panel.sliders.by_name.values() if one._slider.isVisible())
+    focus(slider)
+    QTest.keyClick(slider, Qt.Key.Key_Backspace)
+    assert window.live.runner.session.frame.tick >= tick, "the scene is not reset"
+    QTest.keyClick(slider, Qt.Key.Key_Escape)
+    qtbot.waitUntil(view_has_keys)
 
 
 @pytest.mark.long

@@ -16,6 +16,7 @@ from PySide6.QtWidgets import (
     QAbstractSpinBox,
     QApplication,
     QComboBox,
+    QDockWidget,
     QLineEdit,
     QPlainTextEdit,
     QTextEdit,
@@ -47,6 +48,8 @@ class FocusedKeys(QObject):
     The view that had the focus last receives it again after a mouse click on a button, after a drop-down closes, and
     at Return or Escape in a slider, a drop-down or a field; also once a focused button is disabled or hidden, because
     Qt then moves the focus to the next control, whose action Space would start. Only the focused widget is watched.
+
+    Panels that float in windows of their own are parts of the window.
 
     Args:
         window: Window of the controls.
@@ -82,14 +85,20 @@ class FocusedKeys(QObject):
             self._view = now
             self._watched = None
             return
-        ours = isinstance(now, self._controls) and now.window() is self._window
-        self._watched = now if ours else None
+        self._watched = now if isinstance(now, self._controls) and self._contains(now) else None
         if self._watched is not None:
             self._watched.installEventFilter(self)
-        # The list of a drop-down is a window of its own.
-        closed = isinstance(now, QComboBox) and isinstance(before, QAbstractItemView)
-        if unusable or (closed and before is not None and before.window() is not self._window):
+        list_closed = (
+            isinstance(now, QComboBox)
+            and isinstance(before, QAbstractItemView)
+            and before.window() is not now.window()  # the list of a drop-down is a window of its own
+        )
+        if unusable or list_closed:
             self._return_focus_soon()
+
+    def _contains(self, widget: QWidget) -> bool:
+        window = widget.window()
+        return window is self._window or (isinstance(window, QDockWidget) and window.parentWidget() is self._window)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Pass a key to the control, or return the focus after its use."""
@@ -126,10 +135,11 @@ class FocusedKeys(QObject):
         QTimer.singleShot(0, self, lambda: self._return_focus(control))
 
     def _return_focus(self, control: QWidget | None) -> None:
-        now = self._window.focusWidget()
+        now = None if control is None else control.window().focusWidget()
         if self._view is None or control is None or now is None:
             return
         if now is control or now.isAncestorOf(control):  # otherwise another widget has taken the focus
+            self._window.activateWindow()  # a panel that floats may be active
             self._view.setFocus(Qt.FocusReason.OtherFocusReason)
 
     def _yields(self, event: QKeyEvent) -> bool:
