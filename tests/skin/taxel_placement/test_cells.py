@@ -210,3 +210,20 @@ def test_taxel_with_few_faces_is_a_neighbour_of_surrounding_taxels():
     taxels = PLACES["one tiny taxel"]().prepared.skin.patches[0].taxels
     around = {(1, 2), (1, 3), (2, 4), (3, 4)}
     assert {tuple(pair) for pair in taxels.neighbours.tolist()} == around | {(0, other) for other in (1, 2, 3, 4)}
+
+
+def test_cell_with_many_corners_inside_one_face():
+    """Each vertex of a triangle has a fan of faces, so that 24 taxels on a circle own faces next to it."""
+    corner = 1.2 * np.exp(2j * np.pi * np.arange(3) / 3)
+    arc = np.exp(1j * np.linspace(-1.0, 1.0, 9))
+    rim = corner[:, None] * (1 + 0.2 * arc)
+    flat = np.concatenate([corner, rim.ravel()])
+    fans = [(k, 3 + 9 * k + j, 4 + 9 * k + j) for k in range(3) for j in range(8)]
+    surface = Mesh(np.column_stack([flat.real, flat.imag, 0 * flat.real]), np.array([(0, 1, 2), *fans]))
+    circle = np.exp(2j * np.pi * np.arange(24) / 24)
+    points = np.column_stack([[0.0, *circle.real], [0.0, *circle.imag], np.zeros(25)])
+    cut = cut_cells(surface, points, np.arange(25))
+    areas = np.bincount(cut.quadrature.taxel, cut.quadrature.areas)
+    assert areas[0] == pytest.approx(24 * 0.25 * np.tan(np.pi / 24), rel=1e-9)
+    assert areas.sum() == pytest.approx(surface.area, rel=1e-12)
+    assert {(0, other) for other in range(1, 25)} <= {tuple(pair) for pair in cut.neighbours.tolist()}
