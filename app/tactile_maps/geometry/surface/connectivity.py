@@ -23,7 +23,7 @@ import numpy as np
 from scipy.sparse import coo_matrix, csr_matrix, diags
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
-from tactile_maps.core.arrays import ArrayFields, BoolArray, FloatArray, IntArray, readonly
+from tactile_maps.core.arrays import ArrayFields, BoolArray, FloatArray, IntArray, readonly, seal
 from tactile_maps.core.errors import MeshError
 
 
@@ -40,19 +40,25 @@ class Connectivity(ArrayFields, faces=3):
     faces: IntArray
 
     @cached_property
-    def _table(self) -> tuple[IntArray, IntArray, IntArray]:
-        """The edges, the edges of each face, and the number of faces at each edge."""
+    def _table(self) -> tuple[IntArray, IntArray, IntArray, IntArray]:
+        """The edges, the edges of each face, the number of faces at each edge, and the twins."""
         start = self.faces
         end = np.roll(self.faces, -1, axis=1)
         # One key per pair sorts ten times faster than rows of two.
         base = int(self.faces.max(initial=0)) + 1
-        pairs = np.minimum(start, end) * base + np.maximum(start, end)
-        keys, inverse, count = np.unique(pairs, return_inverse=True, return_counts=True)
-        return (
-            readonly(np.stack(np.divmod(keys, base), axis=1), np.int64),
-            readonly(inverse.reshape(-1, 3), np.int64),
-            readonly(count, np.int64),
-        )
+        keys = (np.minimum(start, end) * base + np.maximum(start, end)).ravel()
+        order = np.argsort(keys)
+        begin = np.flatnonzero(run_starts(keys[order]))
+        count = np.diff(np.append(begin, len(order)))
+        edge_of = np.empty_like(keys)
+        edge_of[order] = np.repeat(np.arange(len(begin)), count)
+        edges = np.stack(np.divmod(keys[order[begin]], base), axis=1)
+        two = begin[count == 2]
+        twins = np.stack([order[two], order[two + 1]], axis=1)
+        twins.sort(axis=1)
+        table = edges, edge_of.reshape(-1, 3), count, twins
+        seal(*table)
+        return table
 
     @property
     def _directed(self) -> IntArray:
@@ -74,11 +80,10 @@ class Connectivity(ArrayFields, faces=3):
         """(e,) number of faces at each edge."""
         return self._table[2]
 
-    @cached_property
+    @property
     def twins(self) -> IntArray:
         """(p, 2) the two half-edges on each edge that exactly two faces share, by edge."""
-        order = np.argsort(self.edge_of.ravel(), kind="stable")
-        return readonly(order[self.face_count[self.edge_of.ravel()[order]] == 2].reshape(-1, 2), np.int64)
+        return self._table[3]
 
     @cached_property
     def twin_edges(self) -> IntArray:

@@ -48,7 +48,7 @@ class Mesh(ArrayFields, vertices=3, faces=3):
 
     @cached_property
     def _cross(self) -> FloatArray:
-        a, b, c = (self.vertices[self.faces[:, k]] for k in range(3))
+        a, b, c = (self.vertices.take(self.faces[:, k], axis=0) for k in range(3))
         return np.cross(b - a, c - a)
 
     @cached_property
