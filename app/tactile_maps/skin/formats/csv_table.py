@@ -362,7 +362,12 @@ def _values(rows: TableRows, columns: Sequence[int]) -> FloatArray:
         except ValueError:
             return np.nan
 
-    return np.array([[value(cells[column]) for column in columns] for _, cells in rows])
+    texts = [cells[column] for _, cells in rows for column in columns]
+    try:
+        values = list(map(float, texts))
+    except ValueError:
+        values = list(map(value, texts))
+    return np.array(values).reshape(-1, len(columns))
 
 
 def _floats(table: _Table, rows: TableRows, group: Sequence[str]) -> FloatArray | None:

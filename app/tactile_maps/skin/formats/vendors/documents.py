@@ -65,29 +65,30 @@ def table_rows(text: str) -> TableRows:
     Raises:
         SkinError: The table is empty, too large, or cannot be parsed; names the line.
     """
-    lines = [
-        (number, line)
-        for number, line in enumerate(text.splitlines(), start=1)
-        if line.strip() and not line.lstrip().startswith("#")
-    ]
-    while lines and not lines[-1][1].strip("".join(_SEPARATORS) + " "):
-        lines.pop()
+    lines = text.splitlines()
+    numbers = [number for number, line in enumerate(lines) if (bare := line.lstrip()) and bare[0] != "#"]
+    while numbers and not lines[numbers[-1]].strip("".join(_SEPARATORS) + " "):
+        numbers.pop()
+    lines = [lines[number] for number in numbers]
+    numbers = [number + 1 for number in numbers]
     if not lines:
         raise SkinError("the table has no rows")
     if len(lines) > MAX_TAXELS + 1:
         raise SkinError(f"the table has more than {MAX_TAXELS} rows", value=len(lines))
-    separator = max(_SEPARATORS, key=_GROUPED.sub("", lines[0][1]).count)
-    if (width := lines[0][1].count(separator) + 1) > MAX_COLUMNS:
+    separator = max(_SEPARATORS, key=_GROUPED.sub("", lines[0]).count)
+    if (width := lines[0].count(separator) + 1) > MAX_COLUMNS:
         problem = f"the table has more than {MAX_COLUMNS} columns"
         remedy = "Keep the columns of positions, normals and ids"
-        raise SkinError(problem, place=f"line {lines[0][0]}", value=width, remedy=remedy)
+        raise SkinError(problem, place=f"line {numbers[0]}", value=width, remedy=remedy)
     try:
-        cells = list(csv.reader((line for _, line in lines), delimiter=separator, strict=True))
+        cells = list(csv.reader(lines, delimiter=separator, strict=True))
     except csv.Error as error:
         raise SkinError("the table cannot be parsed", value=error) from error
     if len(cells) != len(lines):
         raise SkinError("a quoted cell runs over several lines", remedy="Close the quotes")
-    for (number, _), row in zip(lines, cells, strict=True):
-        if len(row) != len(cells[0]):
-            raise line_error(f"the row must have {len(cells[0])} cells", number, separator.join(row))
-    return [(number, row) for (number, _), row in zip(lines, cells, strict=True)]
+    rows = list(zip(numbers, cells, strict=True))
+    width = len(cells[0])
+    for number, row in rows:
+        if len(row) != width:
+            raise line_error(f"the row must have {width} cells", number, separator.join(row))
+    return rows
