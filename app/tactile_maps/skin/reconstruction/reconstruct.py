@@ -248,7 +248,7 @@ def _components(surface: Mesh, feels: IntArray) -> list[tuple[IntArray, IntArray
     label = surface.connectivity.components
     order = np.argsort(label, kind="stable")
     groups = np.split(order, np.cumsum(np.bincount(label))[:-1])
-    pieces = [(np.unique(feels[faces]), faces) for faces in groups]
+    pieces = [(np.flatnonzero(np.bincount(feels[faces])), faces) for faces in groups]
     return sorted(pieces, key=lambda piece: (-len(piece[0]), int(piece[0][0])))
 
 

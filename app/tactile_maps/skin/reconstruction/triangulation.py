@@ -144,13 +144,14 @@ def _orient_consistently(normals: FloatArray, near: IntArray, positions: FloatAr
     graph = coo_matrix((cost, (rows, columns)), shape=(count, count)).tocsr()
     tree = minimum_spanning_tree(graph.maximum(graph.T))
     sheet = connected_components(tree, directed=False)[1].astype(np.int64)
-    sign = np.ones(count)
+    sign = [1.0] * count
     for first in np.unique(sheet, return_index=True)[1].tolist():
         order, parent = breadth_first_order(tree, first, directed=False)
-        for child in order[1:].tolist():
-            above = int(parent[child])
-            sign[child] = sign[above] * (1.0 if normals[child] @ normals[above] >= 0 else -1.0)
-    return normals * sign[:, None], sheet
+        above = parent[order[1:]]
+        agree = np.vecdot(normals[order[1:]], normals[above]) >= 0
+        for child, parent_of_child, same in zip(order[1:].tolist(), above.tolist(), agree.tolist(), strict=True):
+            sign[child] = sign[parent_of_child] if same else -sign[parent_of_child]
+    return normals * np.array(sign)[:, None], sheet
 
 
 def _outward_signs(
@@ -191,7 +192,8 @@ _MIN_TANGENT_DISTANCE = (
     0.01  # in spacings: a neighbour this close in the tangent plane is above the taxel, not next to it
 )
 _TIE = 1e-9
-_BLOCK = 512  # taxels at a time, so that memory stays below 100 MB
+_BLOCK = 128  # taxels at a time, so that their lines stay in the cache
+_REJECTING = 3  # nearest neighbours that reject most lines, tried for all of them
 
 
 @dataclass(frozen=True, eq=False)
@@ -260,7 +262,10 @@ def _manifold_faces(positions: FloatArray, normals: FloatArray, spacing: FloatAr
     """Return the faces (m, 3) of the surface, counter-clockwise from outside."""
     near = nearest_others(positions, STAR_NEIGHBOURS)[1]
     blocks = np.array_split(np.arange(len(positions)), -(-len(positions) // _BLOCK))
-    named = np.concatenate([_local_delaunay_triangles(positions, normals, spacing, near, block) for block in blocks])
+    frames = _tangent_frames(normals)
+    named = np.concatenate(
+        [_local_delaunay_triangles(positions, normals, frames, spacing, near, block) for block in blocks]
+    )
     faces, votes = _count_votes(named, len(positions))
     ends = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2)
     sides = np.diff(positions[ends], axis=2)[:, :, 0]
@@ -278,7 +283,12 @@ def _manifold_faces(positions: FloatArray, normals: FloatArray, spacing: FloatAr
 
 
 def _local_delaunay_triangles(
-    positions: FloatArray, normals: FloatArray, spacing: FloatArray, near: IntArray, centres: IntArray
+    positions: FloatArray,
+    normals: FloatArray,
+    frames: FloatArray,
+    spacing: FloatArray,
+    near: IntArray,
+    centres: IntArray,
 ) -> IntArray:
     """Return the Delaunay triangles (t, 3) around each of ``centres``, that one first, counter-clockwise from outside.
 
@@ -286,10 +296,7 @@ def _local_delaunay_triangles(
     """
     around = near[centres]
     spread = spacing[centres, None, None]
-    flat = (
-        np.einsum("nkd,nda->nka", positions[around] - positions[centres, None], _tangent_frames(normals[centres]))
-        / spread
-    )
+    flat = np.einsum("nkd,nda->nka", positions[around] - positions[centres, None], frames[centres]) / spread
     squared = (flat**2).sum(axis=2)
     seen = np.einsum("nkd,nd->nk", normals[around], normals[centres]) > _MIN_NORMAL_AGREEMENT
     seen &= squared > _MIN_TANGENT_DISTANCE**2
@@ -297,11 +304,15 @@ def _local_delaunay_triangles(
     x: FloatArray = out[:, :, 0]
     y: FloatArray = out[:, :, 1]
     inside = x[:, :, None] * y[:, None] - y[:, :, None] * x[:, None]  # on which side of the line from i to j it is
-    n, i, j = np.nonzero((inside > _TIE) & seen[:, :, None] & seen[:, None])
-    width = x[n, j] - x[n, i]
-    height = y[n, j] - y[n, i]
-    level = inside[n, i, j]
-    for k in range(near.shape[1]):  # the nearest neighbours reject most lines
+    width = x[:, None] - x[:, :, None]
+    height = y[:, None] - y[:, :, None]
+    hull = (inside > _TIE) & seen[:, :, None] & seen[:, None]
+    first = min(_REJECTING, near.shape[1])
+    for k in range(first):
+        hull &= width * y[:, k, None, None] - height * x[:, k, None, None] + inside >= -_TIE
+    n, i, j = np.nonzero(hull)
+    width, height, level = (part[hull] for part in (width, height, inside))
+    for k in range(first, near.shape[1]):
         hull = width * y[n, k] - height * x[n, k] + level >= -_TIE
         n, i, j, width, height, level = (part[hull] for part in (n, i, j, width, height, level))
     return np.stack([centres[n], around[n, i], around[n, j]], axis=1)
@@ -331,12 +342,12 @@ def _count_votes(named: IntArray, count: int) -> tuple[IntArray, IntArray]:
 
 def _select_compatible(faces: IntArray, order: IntArray) -> IntArray:
     """Return the faces of ``order`` that are compatible with those kept before: no directed side is used twice."""
-    taken: set[tuple[int, int]] = set()
+    taken: set[int] = set()
     laid = []
-    for number, (a, b, c) in zip(order.tolist(), faces[order].tolist(), strict=True):
-        sides = {(a, b), (b, c), (c, a)}
+    directed = faces[order] * (int(faces.max(initial=0)) + 1) + np.roll(faces[order], -1, axis=1)
+    for number, sides in zip(order.tolist(), directed.tolist(), strict=True):
         if taken.isdisjoint(sides):
-            taken |= sides
+            taken.update(sides)
             laid.append(number)
     return np.array(laid, dtype=np.int64)
 
