@@ -317,7 +317,7 @@ def test_captions_cover_no_other_caption(still, prepared, size, layer):
     place = view.viewportTransform(), QRectF(view.viewport().rect())
     on_map = [callout.box for callout, _ in view._painter.callouts(view.marks, view.picture, *place)]
     on_body = [callout.box for _, callout in overlay.callouts()]
-    fixed = view._painter.caption_boxes(view.marks, view.picture, *place)
+    fixed = view._painter.captions(view.marks, view.picture, *place).boxes
     assert not any(one.intersects(other) for number, one in enumerate(fixed) for other in fixed[:number])
     for callouts, others in ((on_map, fixed), (on_body, overlay.caption_boxes())):
         assert len(callouts) > 1

@@ -120,9 +120,8 @@ def test_whole_map_stays_in_view_next_to_the_legend_of_a_base_layer(view, docume
     view.show_document(document)
     view.set_overlays(replace(at_first(LAYERS), base=BaseLayer.AREA))
     room = QRectF(view.viewport().rect())
-    boxes = [
-        box for _, box in view._painter._legends_of(view.marks, view.picture.shapes, view.viewportTransform(), room)
-    ]
+    captions = view._painter.captions(view.marks, view.picture, view.viewportTransform(), room)
+    boxes = [box for _, box in captions.legends]
     low, high = view.picture.shapes.bounds
     whole = view.viewportTransform().mapRect(QRectF(*low, *(high - low)))
     assert boxes

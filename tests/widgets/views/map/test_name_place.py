@@ -48,9 +48,9 @@ def areas(view):
 
 def test_names_cover_no_skin_and_no_other_caption(view):
     painter, place = place_of(view)
-    names = painter._name_chips(*place)
+    names = painter.captions(*place).names
     assert [text for _, text in names] == ["left leaf", "right leaf"]
-    others = painter.caption_boxes(*place)[len(names) :]
+    others = painter.captions(*place).boxes[len(names) :]
     room = place[-1]
     for number, (box, _) in enumerate(names):
         assert room.contains(box)
@@ -63,7 +63,7 @@ def test_names_cover_no_skin_and_no_other_caption(view):
 
 def test_name_of_a_patch_with_room_is_above_its_middle(view):
     painter, place = place_of(view)
-    (_, upper) = painter._name_chips(*place)
+    (_, upper) = painter.captions(*place).names
     own = [*areas(view)][1].boundingRect()
     assert upper[0].center().x() == pytest.approx(own.center().x(), abs=1.0)
     assert upper[0].bottom() == pytest.approx(own.top() - 2.0, abs=1.5)
@@ -71,10 +71,10 @@ def test_name_of_a_patch_with_room_is_above_its_middle(view):
 
 def test_name_stays_in_place_while_contacts_appear_and_disappear(view):
     painter, place = place_of(view)
-    before = painter._name_chips(*place)
+    before = painter.captions(*place).names
     view.show_frame(touched(leaves(), [middle_taxel(leaves(), 0), middle_taxel(leaves(), 1)]))
     painter, place = place_of(view)
-    assert painter._name_chips(*place) == before
+    assert painter.captions(*place).names == before
 
 
 @pytest.mark.parametrize("theme", [DARK, LIGHT])
@@ -82,7 +82,7 @@ def test_leader_line_that_must_cross_a_name_passes_behind_it(view, theme, monkey
     view.set_theme(theme)
     view.show_frame(touched(leaves(), [middle_taxel(leaves(), 0)]))
     painter, place = place_of(view)
-    (name, _) = painter._name_chips(*place)[1]
+    (name, _) = painter.captions(*place).names[1]
     away = QPointF(-60.0, 0.0)
     words = QRectF(0.0, 0.0, 1.0, 1.0)
 
@@ -105,7 +105,7 @@ def test_name_is_not_taken_for_that_of_another_patch(open_map_view, prepared, si
     view.frame_all()
     painter, place = place_of(view)
     outlines = [view.viewportTransform().map(polygon(p.to_scene(p.chart.outline))) for p in view.picture.shapes.patches]
-    names = painter._name_chips(*place)
+    names = painter.captions(*place).names
     assert len(names) == 3
     for number, (box, _) in enumerate(names):
         away = [min(_distance(box, point) for point in outline) for outline in outlines]

@@ -127,8 +127,10 @@ PAUSED = ViewState("Paused")
 REPLAYING = ViewState("Replaying", "accent")
 
 
-def state_chips(font: QFont, state: ViewState, counts: Iterable[str] = ()) -> list[tuple[QRectF, str, QFont]]:
+def state_chips(font: QFont, state: ViewState, counts: Sequence[str] = ()) -> list[tuple[QRectF, str, QFont]]:
     """Return the chips at the upper left of a view: its state, then ``counts``."""
+    if not (state.text or counts):
+        return []
     caption, figure = caption_fonts(font)
     mode = [state.text] if state.text else []
     chips = []
@@ -140,7 +142,7 @@ def state_chips(font: QFont, state: ViewState, counts: Iterable[str] = ()) -> li
     return chips
 
 
-def paint_state(painter: QPainter, room: QRectF, theme: Theme, state: ViewState, counts: Iterable[str] = ()) -> None:
+def paint_state(painter: QPainter, room: QRectF, theme: Theme, state: ViewState, counts: Sequence[str] = ()) -> None:
     """Paint the coloured edge and the ``state_chips`` of a view."""
     if state.edge:
         pen = QPen(QColor(getattr(theme, state.edge)), 3)

@@ -24,7 +24,7 @@ from tactile_widgets.views.map.items.map_shapes import MapShapes
 from tactile_widgets.views.map.items.taxel_faults import fault_marks_legend
 from tactile_widgets.views.map.painting.legend_place import LegendPlace
 from tactile_widgets.views.map.painting.map_layers import ellipse_polygon, ellipses_on_map
-from tactile_widgets.views.map.painting.name_place import NamePlace
+from tactile_widgets.views.map.painting.name_place import Name, NamePlace
 from tactile_widgets.views.map.painting.task_layer import TaskPainter, task_legend, task_legend_entries
 from tactile_widgets.views.overlays.callouts import LABELLED, Callout, Spot, hides, more_contacts, place_callouts
 from tactile_widgets.views.overlays.legend import Legend
@@ -142,6 +142,29 @@ class MapMarks:
         )
 
 
+@dataclass(frozen=True, eq=False)
+class Captions:
+    """Captions of one picture except those of contacts, placed.
+
+    Attributes:
+        names: Box and text of each patch's name.
+        state: Boxes of the chips with the view's state.
+        scale: Box of the scale bar, length of its line [px], and its text.
+        legends: Legends of colours and marks with their boxes, one below the other.
+    """
+
+    names: Sequence[Name]
+    state: Sequence[QRectF]
+    scale: tuple[QRectF, float, str]
+    legends: Sequence[tuple[Legend, QRectF]]
+
+    @property
+    def boxes(self) -> list[QRectF]:
+        """All boxes, those of the scale bar and the legends last."""
+        names = (box for box, _ in self.names)
+        return [*names, *self.state, self.scale[0], *(box for _, box in self.legends)]
+
+
 def outlines(regions: Sequence[ContactRegion], picture: MapCanvas) -> tuple[tuple[QPointF, FloatArray], ...]:
     """Return centre and half-axes (2, 2) of each region's ellipse on the map of ``picture`` [scene units]."""
     scale = picture.shapes.frame.scale * np.array([1.0, -1.0])
@@ -195,13 +218,14 @@ class MapPainter:
             room: The viewport.
         """
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        captions = self.captions(marks, picture, view, room)
         own = {
             ZOrder.TASK: partial(self._paint_task, painter, marks, picture, view),
-            ZOrder.NAMES: partial(self._paint_names, painter, marks, picture, view, room),
+            ZOrder.NAMES: partial(self._paint_names, painter, captions.names),
             ZOrder.FINGERS: partial(self._paint_fingers, painter, marks, view),
             ZOrder.SHAPES: partial(self._paint_overlaid, painter, marks, view),
-            ZOrder.CONTACTS: partial(self._paint_contacts, painter, marks, picture, view, room),
-            ZOrder.CAPTIONS: partial(self._paint_captions, painter, marks, picture, view, room),
+            ZOrder.CONTACTS: partial(self._paint_contacts, painter, marks, picture, view, room, captions),
+            ZOrder.CAPTIONS: partial(self._paint_captions, painter, marks, picture, view, room, captions),
         }
         layers = [layer for layer in picture.layers.values() if layer.shown]
         for order in ZOrder:
@@ -218,32 +242,23 @@ class MapPainter:
             target = None if marks.target is None else view.map(marks.target)
             self._task.paint(painter, marks.task, target, picture.shapes, picture.still, view, self.theme)
 
-    def _paint_names(
-        self, painter: QPainter, marks: MapMarks, picture: MapCanvas, view: QTransform, room: QRectF
-    ) -> None:
-        for chip in self._name_chips(marks, picture, view, room):
-            paint_chip(painter, *chip, self._caption, self.theme.quiet, self.theme.window)
+    def _paint_names(self, painter: QPainter, names: Sequence[Name]) -> None:
+        for box, text in names:
+            paint_chip(painter, box, text, self._caption, self.theme.quiet, self.theme.window)
 
-    def _name_chips(
-        self, marks: MapMarks, picture: MapCanvas, view: QTransform, room: QRectF
-    ) -> list[tuple[QRectF, str]]:
-        """Return box and text of the patches' names."""
-        legends = [box for _, box in self._legends_of(marks, picture.shapes, view, room)]
-        scale, *_ = self._scale(picture.shapes.frame.scale * view.m11(), room)
-        names = self._names.names(picture.shapes, view, room, legends, scale)
-        return [(box, text) for box, text in names if text not in self.left_out]
-
-    def caption_boxes(self, marks: MapMarks, picture: MapCanvas, view: QTransform, room: QRectF) -> list[QRectF]:
-        """Return the boxes of all captions except those of contacts: names, state, scale bar and legends."""
-        names = self._name_chips(marks, picture, view, room)
-        scale, *_ = self._scale(picture.shapes.frame.scale * view.m11(), room)
-        legends = self._legends_of(marks, picture.shapes, view, room)
-        return [
-            *(box for box, _ in names),
-            *self._state_boxes(marks),
-            scale,
-            *(box for _, box in legends),
-        ]
+    def captions(self, marks: MapMarks, picture: MapCanvas, view: QTransform, room: QRectF) -> Captions:
+        """Place all captions except those of contacts: names, state, scale bar and legends."""
+        legends = self._all_legends(marks, room)
+        sizes = [legend.size(self._caption) for legend in legends]
+        boxes = self._legends.boxes(sizes, picture.shapes, room, view)
+        state = [box for box, *_ in state_chips(self._caption, marks.state, more_contacts(len(marks.contacts)))]
+        met = [chip.bottom() + 6 - boxes[0].top() for chip in state if any(chip.intersects(box) for box in boxes)]
+        down = max(met, default=0.0)  # in a narrow view
+        boxes = [box.translated(0, down) for box in boxes]
+        scale = self._scale(picture.shapes.frame.scale * view.m11(), room)
+        names = self._names.names(picture.shapes, view, room, boxes, scale[0])
+        names = [(box, text) for box, text in names if text not in self.left_out]
+        return Captions(names, state, scale, list(zip(legends, boxes, strict=True)))
 
     def legends_fit(
         self, marks: MapMarks, picture: MapCanvas, view: QTransform, room: QRectF, *, whole_map: bool
@@ -257,8 +272,9 @@ class MapPainter:
             room: The viewport.
             whole_map: Whether they must not hide a patch either.
         """
-        legends = [box for _, box in self._legends_of(marks, picture.shapes, view, room)]
-        *captions, scale = self.caption_boxes(marks, picture, view, room)[: -len(legends) or None]
+        placed = self.captions(marks, picture, view, room)
+        legends = [box for _, box in placed.legends]
+        *captions, scale = placed.boxes[: -len(legends) or None]
         boxes = [scale, *legends]
         if not all(room.contains(box) for box in boxes):
             return False
@@ -274,14 +290,17 @@ class MapPainter:
         self, marks: MapMarks, picture: MapCanvas, view: QTransform, room: QRectF
     ) -> list[tuple[Callout, str]]:
         """Return place and text of the captions of the strongest contacts."""
-        return [(callout, mark.text) for callout, mark in self._callouts(marks, picture, view, room)]
+        captions = self.captions(marks, picture, view, room)
+        return [(callout, mark.text) for callout, mark in self._callouts(marks, picture, view, room, captions)]
 
     def _callouts(
-        self, marks: MapMarks, picture: MapCanvas, view: QTransform, room: QRectF
+        self, marks: MapMarks, picture: MapCanvas, view: QTransform, room: QRectF, captions: Captions
     ) -> list[tuple[Callout, ContactMark]]:
         captioned = [mark for mark in marks.contacts[:LABELLED] if mark.text not in self.left_out]
         seen = [mark for mark in captioned if room.contains(view.map(mark.at))]
-        skin = _outlines(picture, view) if seen else {}
+        if not seen:
+            return []
+        skin = _outlines(picture, view)
         spots = [
             Spot(
                 view.map(mark.at),
@@ -292,9 +311,8 @@ class MapPainter:
             for mark in seen
         ]
         inner = room.adjusted(EDGE, EDGE, -EDGE, -EDGE)
-        others = self.caption_boxes(marks, picture, view, room) if seen else []
         small = _small_patches([spot.size for spot in spots], skin)
-        return list(zip(place_callouts(spots, inner, others, small), seen, strict=True))
+        return list(zip(place_callouts(spots, inner, captions.boxes, small), seen, strict=True))
 
     def leave_out_hiding(
         self, marks: MapMarks, picture: MapCanvas, view: QTransform, room: QRectF
@@ -302,12 +320,13 @@ class MapPainter:
         """Stop painting names that hide skin, then forces that still hide another patch than theirs; return both."""
         self.left_out = frozenset()
         skin = _outlines(picture, view)
-        chips = self._name_chips(marks, picture, view, room)
+        chips = self.captions(marks, picture, view, room).names
         names = frozenset(text for box, text in chips if any(hides(box, one) for one in skin.values()))
         self.left_out = names
+        captions = self.captions(marks, picture, view, room)
         forces = frozenset(
             mark.text
-            for callout, mark in self._callouts(marks, picture, view, room)
+            for callout, mark in self._callouts(marks, picture, view, room, captions)
             if any(hides(callout.box, one) for number, one in skin.items() if number != mark.patch)
         )
         self.left_out = names | forces
@@ -315,9 +334,10 @@ class MapPainter:
 
     def callouts_fit(self, marks: MapMarks, picture: MapCanvas, view: QTransform, room: QRectF) -> bool:
         """Whether the captions of contacts hide no other caption, no contact and no small patch."""
-        boxes = [callout.box for callout, _ in self._callouts(marks, picture, view, room)]
+        captions = self.captions(marks, picture, view, room)
+        boxes = [callout.box for callout, _ in self._callouts(marks, picture, view, room, captions)]
         kept = [Spot(view.map(mark.at), mark.ring(view), QSizeF()).box for mark in marks.contacts]
-        kept += self.caption_boxes(marks, picture, view, room)
+        kept += captions.boxes
         kept += _small_patches([box.size() for box in boxes], _outlines(picture, view))
         return not any(box.intersects(other) for box in boxes for other in kept)
 
@@ -346,7 +366,13 @@ class MapPainter:
             painter.drawLine(at - QPointF(0, 4), at + QPointF(0, 4))
 
     def _paint_contacts(
-        self, painter: QPainter, marks: MapMarks, picture: MapCanvas, view: QTransform, room: QRectF
+        self,
+        painter: QPainter,
+        marks: MapMarks,
+        picture: MapCanvas,
+        view: QTransform,
+        room: QRectF,
+        captions: Captions,
     ) -> None:
         """Paint the centre of each large contact, and the forces next to the strongest ones, over none of these."""
         for contact in marks.contacts:
@@ -356,24 +382,31 @@ class MapPainter:
                 painter.setBrush(WHITE)
                 painter.drawEllipse(at, 2.0, 2.0)
                 painter.setBrush(Qt.BrushStyle.NoBrush)
-        captions = self.callouts(marks, picture, view, room)
-        behind = QPainterPath()
-        behind.addRect(room)
-        for box, _ in self._name_chips(marks, picture, view, room) if captions else ():
-            behind.addRect(box)  # odd-even: leader lines pass behind the names
-        painter.save()
-        painter.setClipPath(behind)
-        for callout, _ in captions:
-            if callout.leader is not None:
+        callouts = self._callouts(marks, picture, view, room, captions)
+        leaders = [callout.leader for callout, _ in callouts if callout.leader is not None]
+        if leaders:
+            behind = QPainterPath()
+            behind.addRect(room)
+            for box, _ in captions.names:
+                behind.addRect(box)  # odd-even: leader lines pass behind the names
+            painter.save()
+            painter.setClipPath(behind)
+            for leader in leaders:
                 for pen in (QPen(faint(RIM, 110), 2.8), QPen(QColor(self.theme.text), 1.0)):
                     painter.setPen(pen)
-                    painter.drawLine(*callout.leader)
-        painter.restore()
-        for callout, text in captions:
-            paint_chip(painter, callout.box, text, self._figure, self.theme.text, self.theme.panel)
+                    painter.drawLine(*leader)
+            painter.restore()
+        for callout, mark in callouts:
+            paint_chip(painter, callout.box, mark.text, self._figure, self.theme.text, self.theme.panel)
 
     def _paint_captions(
-        self, painter: QPainter, marks: MapMarks, picture: MapCanvas, view: QTransform, room: QRectF
+        self,
+        painter: QPainter,
+        marks: MapMarks,
+        picture: MapCanvas,
+        view: QTransform,
+        room: QRectF,
+        captions: Captions,
     ) -> None:
         """Paint the hover mark, and captions along the edges."""
         hover = None if marks.hover is None else view.map(marks.hover)
@@ -387,8 +420,8 @@ class MapPainter:
             painter.setPen(QColor(self.theme.quiet))
             wrapped = int(Qt.TextFlag.TextWordWrap | Qt.AlignmentFlag.AlignCenter)
             painter.drawText(room.adjusted(EDGE, EDGE, -EDGE, -EDGE), wrapped, _ALL_HIDDEN)
-        self._paint_scale_bar(painter, picture.shapes.frame.scale * view.m11(), room)
-        self._paint_legends(painter, marks, picture.shapes, view, room)
+        self._paint_scale_bar(painter, *captions.scale)
+        self._paint_legends(painter, marks, captions.legends)
         counts = more_contacts(len(marks.contacts))
         paint_state(painter, room, self.theme, marks.state, counts)
 
@@ -408,27 +441,9 @@ class MapPainter:
         legends = [legend for legend in (marks.legend, task, faults, *marks.layers) if legend is not None]
         return [legend.fitted(_WIDEST_LEGEND * room.width(), self._caption) for legend in legends]
 
-    def _legends_of(
-        self, marks: MapMarks, shapes: MapShapes, view: QTransform, room: QRectF
-    ) -> list[tuple[Legend, QRectF]]:
-        """Return the legends of colours and marks with their boxes, one below the other."""
-        legends = self._all_legends(marks, room)
-        boxes = self._legends.boxes([legend.size(self._caption) for legend in legends], shapes, room, view)
-        chips = self._state_boxes(marks)
-        met = [chip.bottom() + 6 - boxes[0].top() for chip in chips if any(chip.intersects(box) for box in boxes)]
-        down = max(met, default=0.0)  # in a narrow view
-        return [(legend, box.translated(0, down)) for legend, box in zip(legends, boxes, strict=True)]
-
-    def _state_boxes(self, marks: MapMarks) -> list[QRectF]:
-        counts = more_contacts(len(marks.contacts))
-        chips = state_chips(self._caption, marks.state, counts)
-        return [box for box, *_ in chips]
-
-    def _paint_legends(
-        self, painter: QPainter, marks: MapMarks, shapes: MapShapes, view: QTransform, room: QRectF
-    ) -> None:
+    def _paint_legends(self, painter: QPainter, marks: MapMarks, legends: Sequence[tuple[Legend, QRectF]]) -> None:
         entries = task_legend_entries(marks.task)
-        for number, (legend, box) in enumerate(self._legends_of(marks, shapes, view, room)):
+        for number, (legend, box) in enumerate(legends):
             draw = partial(legend.paint, box=box, font=self._caption, theme=self.theme)
             if entries and number == int(marks.legend is not None):
                 self._legend_cache.paint(painter, (entries, self.theme), box, draw)
@@ -450,8 +465,7 @@ class MapPainter:
         box = QRectF(EDGE, room.bottom() - _LOW_EDGE - height, length + metrics.horizontalAdvance(text) + 20, height)
         return box, length, text
 
-    def _paint_scale_bar(self, painter: QPainter, pixels_per_metre: float, room: QRectF) -> None:
-        box, length, text = self._scale(pixels_per_metre, room)
+    def _paint_scale_bar(self, painter: QPainter, box: QRectF, length: float, text: str) -> None:
         paint_box(painter, box, self.theme.panel)
         left = box.left() + 6
         bottom = box.bottom() - 6
