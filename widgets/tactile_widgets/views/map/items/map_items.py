@@ -147,6 +147,7 @@ class PatchItem(MapItem):
         self._area = QPainterPath()
         self._brush = QBrush()
         self._net: list[QLineF] = []
+        self._lines = LineBuffer()
         self._live: LiveImage | None = None
         self._cache = PaintCache(at_once=True)
         self._tile = (slice(0), slice(0))
@@ -178,10 +179,10 @@ class PatchItem(MapItem):
         self._brush.setTransform(QTransform(pixel, 0, 0, -pixel, x, y))
 
     def show_wireframe(self, shape: ChartShape, scale: float, net: Wireframe) -> None:
-        """Draw a chart by the lines of a wireframe on a plain background. Cost: 2 ms for 3000 lines."""
+        """Draw a chart by the lines of a wireframe on a plain background."""
         self._outline(shape, scale)
         self._live = None
-        self._net = to_lines(scale * shape.lines(net))
+        self._net = self._lines.fill(scale * shape.lines(net))
         self._brush = QBrush(QColor(*BETWEEN_DOTS))
 
     def place(self, shape: PatchShape, scale: float) -> None:
