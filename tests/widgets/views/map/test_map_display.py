@@ -83,6 +83,21 @@ def test_contour_moves_with_its_patch(view, document):
     assert moved - lines == pytest.approx(np.full_like(lines, 1) * view.picture.shapes.frame.scale * [0.05, 0.08])
 
 
+def test_reading_outside_contacts_has_no_contour(view):
+    skin = leaves().skin
+    frame = touched(leaves(), [middle_taxel(leaves(), 0)], radius=0.06)
+    places = skin.positions[skin.patch_of == 0]
+    far = int(np.linalg.norm(places - places[frame.pressures[skin.patch_of == 0].argmax()], axis=1).argmax())
+    pressures = frame.pressures.copy()
+    pressures[np.flatnonzero(skin.patch_of == 0)[far]] = 9000.0
+    drawn = []
+    for shown in (frame, replace(frame, pressures=pressures)):
+        view.show_frame(shown)
+        drawn.append([(line.x1(), line.y1()) for line in view.picture.layers["contours"].marks])
+    assert len(drawn[0]) > 10
+    np.testing.assert_allclose(drawn[1], drawn[0], atol=1e-6)
+
+
 def test_camera_stays_during_edits_and_fits_the_map_on_request(view, document):
     view.zoom(2.5, QPointF(200, 200))
     still = leaves().skin.taxel_point(middle_taxel(leaves(), 1))

@@ -107,6 +107,7 @@ class MapCanvas:
         patches: One item per patch, in its chart's frame.
         taxels: Item of the taxels.
         pressures: (taxels,) [Pa] as shown.
+        kilopascals: (rows, columns) the same in the live image [kPa]; changes in place.
         shapes: Locations of everything on the canvas; its frame is the same for all documents.
         still: The same before the current gesture.
         scale: Current pressure scale.
@@ -229,7 +230,7 @@ class MapCanvas:
         """Colour image and taxels by the frame's pressures. Cost: 0.5 ms; 3 ms for 512² pixels that all change."""
         changed = np.flatnonzero(frame.pressures != self.pressures)
         self.pressures = frame.pressures
-        pixels = self.atlas.render(frame.pressures, self._kilopascals, changed=changed)
+        pixels = self.atlas.render(frame.pressures, self.kilopascals, changed=changed)
         self.recolour(scale, changed=pixels if scale is self.scale else None)
         for layer in self.layers.values():
             layer.show_frame(frame)
@@ -237,7 +238,7 @@ class MapCanvas:
     def recolour(self, scale: PressureScale, *, changed: IntArray | None = None) -> None:
         """Show the pressures on this scale; ``changed``: (k,) pixels that differ, None for all."""
         self.scale = scale
-        self._live.fill(self._kilopascals, scale, changed=changed)
+        self._live.fill(self.kilopascals, scale, changed=changed)
         self.taxels.readings = self.pressures / 1e3, scale
         self.use_faults(self._faults)
 
@@ -287,8 +288,8 @@ class MapCanvas:
         self._live = LiveImage(atlas.shape, *atlas.halo)
         planes = tuple(atlas.plane(number) for number in range(len(atlas.tiles)))
         self.skin_texture = SkinTexture(self._live.pixels, atlas.extent, planes)
-        self._kilopascals = np.zeros(atlas.shape, np.float32)
-        self.atlas.render(self.pressures, self._kilopascals)
+        self.kilopascals = np.zeros(atlas.shape, np.float32)
+        self.atlas.render(self.pressures, self.kilopascals)
         self._backgrounds: dict[BaseLayer, Background | None] = {}
         self._background_scales = _placement_scales(self.document)
         for number in range(len(self.patches)):

@@ -35,7 +35,7 @@ from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.maps.model.taxel_frames import map_directions
 from tactile_maps.session.frame import Frame
 from tactile_maps.skin.model.skin import Skin
-from tactile_widgets.views.map.items.map_canvas import MapCanvas, MapLayer
+from tactile_widgets.views.map.items.map_canvas import CONTACT_KPA, MapCanvas, MapLayer
 from tactile_widgets.views.map.items.map_items import LineBuffer, MapItem, PatchItem, ZOrder, cosmetic_pen, draw_dots
 from tactile_widgets.views.map.items.map_shapes import ChartShape
 from tactile_widgets.views.overlays.callouts import LABELLED
@@ -334,19 +334,29 @@ class TouchContours(_PaintedLayer):
         if self._frame is None or not self._frame.regions:
             return []
         canvas = self.canvas
-        pressures = np.nan_to_num(self._frame.pressures)
-        relative = np.zeros(len(pressures))  # 1 at the contour
-        for region in self._frame.regions:
-            own = pressures[region.taxels] / _contour_level(region, pressures)
-            relative[region.taxels] = np.maximum(relative[region.taxels], own)
-        image = np.zeros(canvas.atlas.shape, np.float32)
-        canvas.atlas.render(1e3 * relative, image, changed=np.flatnonzero(relative))
+        image, level = self._image(self._frame)
+        taxels = np.concatenate([region.taxels for region in self._frame.regions])
         found = [np.zeros((0, 2, 2))]
-        for number, shape in enumerate(canvas.shapes.patches):
+        for number in np.unique(canvas.document.skin.patch_of[taxels]).tolist():
+            shape = canvas.shapes.patches[number]
             if shape.shown and number not in canvas.held:
-                segments = contour_segments(image[canvas.atlas.window(number)], 1.0)
+                segments = contour_segments(image[canvas.atlas.window(number)], level)
                 found.append(shape.to_scene(canvas.atlas.tiles[number].chart_points(segments)))
         return self._buffer.fill(np.concatenate(found))
+
+    def _image(self, frame: Frame) -> tuple[NDArray[np.float32], float]:
+        """Return an image without the readings outside contacts, and its level at the contours."""
+        canvas = self.canvas
+        pressures = np.maximum(np.nan_to_num(frame.pressures), 0.0)
+        levels = np.full(len(pressures), np.inf)
+        for region in frame.regions:
+            levels[region.taxels] = np.minimum(levels[region.taxels], _contour_level(region, pressures))
+        if (levels[pressures > 0] == TOUCH_THRESHOLD).all() and np.array_equal(pressures, frame.pressures):
+            return canvas.kilopascals, CONTACT_KPA  # nothing is left out
+        image = np.zeros(canvas.atlas.shape, np.float32)
+        relative = pressures / levels  # 1 at the contours
+        canvas.atlas.render(1e3 * relative, image, changed=np.flatnonzero(relative))
+        return image, 1.0
 
     def paint(self, painter: QPainter, view: QTransform) -> None:
         painter.setTransform(view, True)
