@@ -89,10 +89,14 @@ class PatchShape:
         return (points - self.placed[2]) @ np.linalg.inv(self.placed[:2])
 
     @cached_property
+    def outline(self) -> FloatArray:
+        """(b, 2) closed border [scene units]."""
+        return self.to_scene(self.chart.outline)
+
+    @cached_property
     def box(self) -> FloatArray:
         """(2, 2) upper left and lower right corner [scene units]."""
-        outline = self.to_scene(self.chart.outline)
-        return np.stack([outline.min(axis=0), outline.max(axis=0)])
+        return np.stack([self.outline.min(axis=0), self.outline.max(axis=0)])
 
 
 @dataclass(frozen=True, eq=False)

@@ -67,7 +67,7 @@ class LegendPlace:
             return camera
         whole = _whole(sizes)
         cover = _CoveredRoom(_framed(shapes, room, camera), room)
-        if not cover.hidden(_freest(whole, room, self._edge, cover)):
+        if not cover.hides(_freest(whole, room, self._edge, cover)):
             return camera
         down = whole.height() + self._edge + _GAP + _NAME - MARGIN_PX
         across = whole.width() + self._edge + _GAP - MARGIN_PX
@@ -104,7 +104,7 @@ class LegendPlace:
             if not all(room.contains(outline.boundingRect()) for outline in outlines) or not outlines:
                 outlines = _framed(shapes, room, self._framed or _framing(shapes))
             cover = _CoveredRoom(outlines, room)
-            if self._box.size() != whole or not room.contains(self._box) or cover.hidden(self._box):
+            if self._box.size() != whole or not room.contains(self._box) or cover.hides(self._box):
                 self._box = _freest(whole, room, self._edge, cover)
         return list(_stacked(sizes, self._box, to_right=self._box.center().x() > room.center().x()))
 
@@ -153,14 +153,17 @@ class _CoveredRoom:
         self._sums = np.zeros((rows + 1, columns + 1))
         self._sums[1:, 1:] = (pixels > 0).cumsum(axis=0).cumsum(axis=1)
 
-    def hidden(self, box: QRectF) -> float:
-        """Return the covered area of a box and the gap around it [px²]."""
-        box = box.adjusted(-_GAP, -_GAP, _GAP, _GAP)
-        rows, columns = (size - 1 for size in self._sums.shape)
-        left, right = (min(max(round(x / _STEP), 0), columns) for x in (box.left(), box.right()))
-        top, bottom = (min(max(round(y / _STEP), 0), rows) for y in (box.top(), box.bottom()))
+    def hidden(self, places: FloatArray, size: QSizeF) -> FloatArray:
+        """Return the covered area of boxes at these upper left corners (k, 2) and of the gap around each (k,) [px²]."""
+        ends = np.array([places - _GAP, places + (size.width() + _GAP, size.height() + _GAP)])
+        rows, columns = self._sums.shape
+        (left, top), (right, bottom) = np.clip(np.round(ends / _STEP), 0, (columns - 1, rows - 1)).astype(int).mT
         sums = self._sums
-        return _STEP**2 * float(sums[bottom, right] - sums[top, right] - sums[bottom, left] + sums[top, left])
+        return _STEP**2 * (sums[bottom, right] - sums[top, right] - sums[bottom, left] + sums[top, left])
+
+    def hides(self, box: QRectF) -> bool:
+        """Whether a part of a box or of the gap around it is covered."""
+        return bool(self.hidden(np.array([box.topLeft().toTuple()]), box.size())[0])
 
 
 def _freest(size: QSizeF, room: QRectF, edge: float, cover: _CoveredRoom) -> QRectF:
@@ -168,26 +171,20 @@ def _freest(size: QSizeF, room: QRectF, edge: float, cover: _CoveredRoom) -> QRe
     right = inner.right() - size.width()
     bottom = inner.bottom() - size.height() - _CAPTION
     lower = max(inner.bottom() - size.height() - _MESSAGE, inner.top() + _CAPTION)
-    corners = (
-        QPointF(right, inner.top()),
-        QPointF(right, lower),
-        QPointF(inner.left(), inner.top() + _CAPTION),
-        QPointF(inner.left(), lower),
-    )
-    best = min((QRectF(corner, size) for corner in corners), key=cover.hidden)
-    if not cover.hidden(best):
-        return best
-    sides = [
-        QPointF(x, y)
-        for x, top in ((right, inner.top()), (inner.left(), inner.top() + _CAPTION))
-        for y in np.arange(top, bottom, _GAP).tolist()
-    ]
-    return min((best, *(QRectF(place, size) for place in sides)), key=cover.hidden)
+    left = inner.left()
+    lowered = inner.top() + _CAPTION
+    corners = np.array([(right, inner.top()), (right, lower), (left, lowered), (left, lower)])
+    hidden = cover.hidden(corners, size)
+    if hidden.all():
+        sides = [(x, y) for x, top in ((right, inner.top()), (left, lowered)) for y in np.arange(top, bottom, _GAP)]
+        corners = np.array([corners[hidden.argmin()], *sides])
+        hidden = cover.hidden(corners, size)
+    return QRectF(QPointF(*corners[hidden.argmin()].tolist()), size)
 
 
 def _outlines(shapes: MapShapes) -> list[FloatArray]:
     """Outlines of the shown patches [scene units]."""
-    return [patch.to_scene(patch.chart.outline) for patch in shapes.patches if patch.shown]
+    return [patch.outline for patch in shapes.patches if patch.shown]
 
 
 def _framed(shapes: MapShapes, room: QRectF, camera: MapCamera | None) -> list[QPolygonF]:

@@ -283,7 +283,7 @@ class MapPainter:
         patches = QPainterPath()
         for patch in picture.shapes.patches if whole_map else ():
             if patch.shown:
-                patches.addPolygon(view.map(polygon(patch.to_scene(patch.chart.outline))))
+                patches.addPolygon(view.map(polygon(patch.outline)))
         return not any(patches.intersects(box) for box in legends)
 
     def callouts(
@@ -478,9 +478,7 @@ class MapPainter:
 def _outlines(picture: MapCanvas, view: QTransform) -> dict[int, QPolygonF]:
     """Return the outlines of the patches that are shown [px], by number."""
     return {
-        number: view.map(polygon(patch.to_scene(patch.chart.outline)))
-        for number, patch in enumerate(picture.shapes.patches)
-        if patch.shown
+        number: view.map(polygon(patch.outline)) for number, patch in enumerate(picture.shapes.patches) if patch.shown
     }
 
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import product
 
 import numpy as np
@@ -81,20 +82,26 @@ class NamePlace:
 
 @dataclass(frozen=True, eq=False)
 class _Area:
-    """A patch [px]: corners (k, 2) of its outline, the outline through these and through all, and the box around it."""
+    """A patch [px]: its outline (b, 2), corners (k, 2) of it, paths through these and through all, and its box."""
 
+    pixels: FloatArray
     corners: FloatArray
-    outline: QPainterPath
-    exact: QPainterPath
     bounds: QRectF
 
     @classmethod
     def of(cls, patch: PatchShape, view: QTransform) -> _Area:
-        outline = patch.to_scene(patch.chart.outline)
-        pixels = outline * [view.m11(), view.m22()] + [view.dx(), view.dy()]
-        corners = pixels[:: 1 + len(outline) // _MOST_CORNERS]
+        pixels = patch.outline * [view.m11(), view.m22()] + [view.dx(), view.dy()]
         low, high = patch.box
-        return cls(corners, _path(corners), _path(pixels), view.mapRect(QRectF(*low, *(high - low))))
+        bounds = view.mapRect(QRectF(*low, *(high - low)))
+        return cls(pixels, pixels[:: 1 + len(pixels) // _MOST_CORNERS], bounds)
+
+    @cached_property
+    def outline(self) -> QPainterPath:
+        return _path(self.corners)
+
+    @cached_property
+    def exact(self) -> QPainterPath:
+        return _path(self.pixels)
 
     def distance(self, place: QRectF) -> float:
         """Return the distance from a box to the nearest corner of the outline."""
@@ -135,16 +142,20 @@ def _least_hiding(usual: QRectF, own: _Area, room: QRectF, skin: Sequence[_Area]
     Places above a patch belong to it. Others must be nearer to it than to any other patch, or the name would be taken
     for that one's.
     """
-    above = [usual, *_above(own.bounds, usual.size())]
-    around = [*_around(own.bounds, usual.size())]
-    places = [place for place in (*above, *around) if room.contains(place) and not any(map(place.intersects, taken))]
-    free = (place for place in places if not any(_hits(place, skin)) and not _meets(place, skin))
-    fit = (place for place in free if place in above or _belongs(place, own, skin))
-    return next(fit, None) or min(
-        (place for place in places if place in above or _belongs(place, own, skin)),
-        key=lambda place: sum(_hits(place, skin)),
-        default=usual,
-    )
+
+    def possible(places: Iterable[QRectF]) -> list[QRectF]:
+        return [place for place in places if room.contains(place) and not any(map(place.intersects, taken))]
+
+    def is_free(place: QRectF) -> bool:
+        return not any(_hits(place, skin)) and not _meets(place, skin)
+
+    above = possible([usual, *_above(own.bounds, usual.size())])
+    for place in above:
+        if is_free(place):
+            return place
+    around = [place for place in possible(_around(own.bounds, usual.size())) if _belongs(place, own, skin)]
+    best = min([*above, *around], key=lambda place: sum(_hits(place, skin)), default=usual)
+    return next(filter(is_free, around), best)
 
 
 def _above(box: QRectF, size: QSizeF) -> Iterator[QRectF]:
