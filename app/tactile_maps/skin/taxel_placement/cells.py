@@ -140,6 +140,7 @@ def _cut_faces(surface: Mesh, points: FloatArray, faces: IntArray, around: csr_m
     near = _near_taxels(surface, points, faces, around)
     counts = np.diff(near.indptr)
     cuts = [_Cut(*(np.zeros(0, dtype=np.int64),) * 2, np.zeros((0, 2)), np.zeros(0), np.zeros(0, dtype=np.int64))]
+    planes = list[_Planes]()
     for count in np.unique(counts[counts > 0]).tolist():
         rows = np.flatnonzero(counts == count)
         taxels = near.indices[near.indptr[rows] + np.arange(count)[:, None]].astype(np.int64)
@@ -149,7 +150,14 @@ def _cut_faces(surface: Mesh, points: FloatArray, faces: IntArray, around: csr_m
         for first in range(0, len(own), most):
             some = place[first : first + most]
             places = away.take(some, axis=2)  # contiguous, unlike what an index gives
-            cuts.append(_cut_parts(rows[some], taxels.take(some, axis=1), own[first : first + most], places, points))
+            planes.append(
+                _planes_near(rows[some], taxels.take(some, axis=1), own[first : first + most], places, points)
+            )
+            if sum(len(several.other) for several in planes) > _PLANES:
+                cuts.append(_cut_parts(planes, len(points)))
+                planes = []
+    if planes:
+        cuts.append(_cut_parts(planes, len(points)))
     cut = _Cut.joined(cuts)
     felt = np.flatnonzero(surface.face_areas[faces[cut.face]] > 0)
     order = felt[np.argsort(cut.face[felt] * len(points) + cut.taxel[felt])]
@@ -162,8 +170,29 @@ def _cut_faces(surface: Mesh, points: FloatArray, faces: IntArray, around: csr_m
     return _Cut(face, cut.taxel[order], centres, areas, cut.pairs)
 
 
-def _cut_parts(face: IntArray, near: IntArray, own: IntArray, away: FloatArray, points: FloatArray) -> _Cut:
-    """Cut the part of one taxel out of each face.
+@dataclass(frozen=True, eq=False)
+class _Planes:
+    """Planes that bisect the lines from the taxel of a part to others.
+
+    Attributes:
+        face: (k,) the face of each part.
+        taxel: (k,) the taxel whose part it is.
+        count: (k,) number of planes near each part.
+        other: (p,) the other taxel of each plane, by part.
+        heights: (p, 3) of the corners of the face above the plane, as a share of the distance between the taxels.
+        cutting: (p,) whether a corner is above the plane.
+    """
+
+    face: IntArray
+    taxel: IntArray
+    count: IntArray
+    other: IntArray
+    heights: FloatArray
+    cutting: BoolArray
+
+
+def _planes_near(face: IntArray, near: IntArray, own: IntArray, away: FloatArray, points: FloatArray) -> _Planes:
+    """Return the planes that bound the part of one taxel of each face, or that the face is close to.
 
     Differences of squared distances to two taxels are linear in a face, so that they are computed at its corners only,
     and divided by twice the squared distance of the taxels: then they are distances from the bisecting plane, as a
@@ -175,10 +204,6 @@ def _cut_parts(face: IntArray, near: IntArray, own: IntArray, away: FloatArray, 
         own: (k,) the place in ``near`` of the taxel whose part it is.
         away: (n, 3, k) squared distance of each taxel from each corner of the face [m²].
         points: (n, 3) all taxels [m].
-
-    Returns:
-        The parts that are left; their centres are places (k, 2) along the two sides of the face from its first corner,
-        and their areas are twice the share of the face, divided by the number of taxels that share the part.
     """
     every = np.arange(len(face))
     taxel = near[own, every]
@@ -189,14 +214,33 @@ def _cut_parts(face: IntArray, near: IntArray, own: IntArray, away: FloatArray, 
     beyond /= np.where(apart > 0, 2 * apart, np.inf)[:, None]
     beyond[own, :, every] = -1.0
     highest = beyond.max(axis=1)
-    part, other = np.nonzero((highest > _ROUNDING).T)
+    close = highest >= -_TOUCHING
+    part, place = np.nonzero(close.T)
+    cutting = highest[place, part] > _ROUNDING
+    return _Planes(face, taxel, close.sum(axis=0), near[place, part], beyond[place, :, part], cutting)
+
+
+def _cut_parts(several: Sequence[_Planes], points: int) -> _Cut:
+    """Cut the part of one taxel out of each face, where there are ``points`` taxels.
+
+    Returns:
+        The parts that are left; their centres are places (k, 2) along the two sides of the face from its first corner,
+        and their areas are twice the share of the face, divided by the number of taxels that share the part.
+    """
+    face, taxel, count, other, values, cutting = (
+        np.concatenate([getattr(planes, name) for planes in several])
+        for name in ("face", "taxel", "count", "other", "heights", "cutting")
+    )
+    first = np.cumsum(count) - count
+    before = np.concatenate([[0], np.cumsum(cutting)])
     found = list[_Cut]()
-    for parts in _clipped(beyond[other, :, part], np.bincount(part, minlength=len(face))):
+    for parts in _clipped(values[cutting], before[first + count] - before[first]):
         centres, areas = parts.moments()
-        other, row = np.nonzero(highest.take(parts.part, axis=1) >= -_TOUCHING)
-        part = parts.part[row]
-        heights = _heights(np.ascontiguousarray(beyond[other, :, part].T), parts.corners.take(row, axis=2))
-        pairs = (len(points) * taxel[part] + near[other, part])[heights.max(axis=0) >= -_TOUCHING]
+        number = count[parts.part]
+        row = np.repeat(np.arange(len(number)), number)
+        plane = np.arange(len(row)) + np.repeat(first[parts.part] - (np.cumsum(number) - number), number)
+        heights = _heights(np.ascontiguousarray(values.take(plane, axis=0).T), parts.corners.take(row, axis=2))
+        pairs = (points * taxel[parts.part[row]] + other[plane])[heights.max(axis=0) >= -_TOUCHING]
         sharers = 1 + np.bincount(row[heights.min(axis=0) >= -_ROUNDING], minlength=len(areas))
         felt = areas > _LEAST_PART
         part = parts.part[felt]
