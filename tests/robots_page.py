@@ -65,19 +65,11 @@ _HEAD = """# Control of robots that nothing was tuned for
 This page is made by `python -m tests.robots_page` from rows that the same command measured
 ([rows](robots.csv)); `tests/control/robots` measures each row again with `--all`."""
 
-_CAUSES = """The ball of 30 mm rolls over edges of go2 leg: on an edge of 18 degrees the skin moves by 9 mm while the
-contact stays. Runs at home and bent with one change each (95 % of the errors, of 10 s):
-
-| robot | unchanged | position gain 8/s (default 4/s) | slower from 1 mm of lag on |
-|---|---|---|---|
-| go2 leg | 3.2 mm, 3.1 mm | 2.2 mm, (none) | 3.0 mm, 2.9 mm |
-
-A path slows down from 7.5 mm of lag on and waits at 10 mm; in the last column from 1 mm on, waiting at 4 mm.
-
+_CAUSES = """\
 The xarm7 has taxels 15 mm apart. On such skins the place is estimated between the taxels, which keeps the force
 steady (peak to peak of the last second of figures of eight without and with it: arm 0.7 and 0.1 N at home, 1.8 and
-0.4 N bent; ur5e 1.0 and 0.2 N, 1.6 and 0.6 N; xarm7 1.4 and 0.5 N bent) and leaves the errors about as they are (arm
-6.1 and 6.6 mm, 6.0 and 6.7 mm; ur5e 7.8 and 6.9 mm, 7.4 and 6.9 mm; xarm7 2.7 and 2.3 mm, 3.5 and 3.8 mm)."""
+0.4 N bent; ur5e 1.0 and 0.2 N, 1.6 and 0.6 N; xarm7 1.4 and 0.5 N bent) and leaves the errors about as they are
+(arm 6.1 and 6.6 mm, 6.0 and 6.7 mm; ur5e 7.8 and 6.9 mm, 7.4 and 6.9 mm; xarm7 2.7 and 2.3 mm, 3.5 and 3.8 mm)."""
 
 
 def measure(names: Sequence[str], counts: Mapping[str, int]) -> Iterator[dict[str, object]]:

@@ -15,6 +15,7 @@ from tactile_maps.control.motion.joint_impedance import MAX_JOINT_SPEED
 from tactile_maps.control.motion.limits import Limit, LimitKind
 from tactile_maps.control.motion.map_kinematics import MapKinematics
 from tactile_maps.control.motion.task_priority import ContactPresence
+from tactile_maps.control.path_following import slide_observer
 from tactile_maps.control.task_control.tasks import SHEAR_TASKS, TaskManager
 from tactile_maps.robots.kinematics import Configuration
 from tests.control.contacts import TICK, observed, touch, touch_on
@@ -306,6 +307,22 @@ def test_contact_that_lags_on_a_path_is_moved_faster_on_fine_taxels(pitch, share
     assert (made[0] - requested) / bench.settings.path_speed == pytest.approx(share, abs=0.7 * share + 0.05)
     bench.step()
     assert bench.controller._slide.missing == pytest.approx([0.0, 0.0]), "discarded with the contact"
+
+
+@pytest.mark.parametrize("step", [(0.03, 0.0), (0.0, 0.03)])
+def test_contact_that_lags_is_moved_faster_on_strongly_curved_skin(monkeypatch, step):
+    """The bound grows with the curvature of the skin along the path; the arm's smallest radius is 36 mm."""
+    radius = 0.06
+    monkeypatch.setattr(slide_observer, "ROLLING_RADIUS", radius)
+    bench, touched, _ = arm_bench(task="follow_path", path_kind="polyline")
+    bench.controller.map_kinematics.pitch = 0.01
+    start = touched.map_point
+    bench.settings = replace(bench.settings, path=(tuple(start), tuple(start + step)))
+    bench.step((touched,), ticks=160)
+    kinematics = bench.controller.map_kinematics
+    to_map = kinematics.jacobian(touched.at, bench.settings.jacobian, Configuration(bench.prepared.robot))
+    factor = max(1.0, radius * kinematics.curvature(touched, np.array(step), to_map))
+    assert np.linalg.norm(bench.controller._slide.missing) == pytest.approx(bench.settings.path_speed * factor)
 
 
 def test_quadratic_program_caps_contacts_without_a_goal():

@@ -14,6 +14,7 @@ from tactile_maps.maps.model.layout import MapLayout, Placement
 from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.skin.calibration_error import with_calibration_error
 from tactile_maps.skin.model.skin import Skin
+from tests.support.surfaces import frustum, skin_of
 from tests.support.touch import arm, bar_skin, prepared_bar
 
 PITCH = 0.008
@@ -236,7 +237,30 @@ def test_normal_has_unit_length():
 def test_too_few_taxels_give_no_normal():
     skin = bar_skin(3)
     assert len(skin) < 4
-    assert MapJacobian(build_map(Skin(skin.patches))).normal(SurfacePoint(0, 0, (1.0, 0.0, 0.0))) is None
+    jacobian = MapJacobian(build_map(Skin(skin.patches)))
+    corner = SurfacePoint(0, 0, (1.0, 0.0, 0.0))
+    assert jacobian.normal(corner) is None
+    assert jacobian.normal_rate(corner, np.array([1.0, 0.0])) == pytest.approx([0.0, 0.0, 0.0])
+
+
+@pytest.mark.parametrize("scale", [1.0, 3.0])
+def test_normal_turns_with_the_curvature_where_a_point_moves(scale):
+    """On a cylinder of 40 mm, whatever the layout: v / r around it, and not along it."""
+    map_ = build_map(skin_of(frustum(0.04, 0.04, around=72, along=40), taxels=400))
+    drawn = TactileMap(map_.skin, map_.charts, MapLayout((Placement(angle=0.7, scale=scale),)))
+    jacobian = MapJacobian(drawn)
+    skin = drawn.skin
+    inside = np.flatnonzero(np.abs(skin.positions[:, 2] - 0.1) < 0.06)
+    ratios = []
+    for taxel in inside[::7].tolist():
+        at = skin.taxel_point(taxel)
+        around = np.cross([0.0, 0.0, 1.0], skin.normals[taxel])
+        to_map = jacobian.at(at)
+        rate = jacobian.normal_rate(at, to_map @ (0.01 * around))
+        ratios.append([rate @ around, np.linalg.norm(jacobian.normal_rate(at, to_map @ [0.0, 0.0, 0.01]))])
+    ratios = np.array(ratios) / (0.01 / 0.04)
+    assert np.median(ratios, axis=0) == pytest.approx([1.0, 0.0], abs=0.05)
+    assert np.abs(ratios - [1.0, 0.0]).max() < 0.25
 
 
 def test_isometric_jacobian_has_the_rotation_of_the_smoothed_one_and_no_stretch():

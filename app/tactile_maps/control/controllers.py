@@ -478,6 +478,9 @@ class TaskController(BuiltInController):
             to_map=_NO_MAP if to_map is None else to_map,
             error=goal.error,
             velocity=_NO_VELOCITY if goal.velocity is None else goal.velocity,
+            curvature=0.0
+            if goal.velocity is None or to_map is None
+            else self.map_kinematics.curvature(region, goal.velocity, to_map),
             presence=goal.presence,
             tilt=tilt,
             straight=tilt < LEAST_TILT,
@@ -567,7 +570,9 @@ class TaskController(BuiltInController):
         if self.map_kinematics.pitch > COARSE:
             return (first, *contacts[1:])
         rate = observer_rate(settings.position_gain, settings.path_speed, self.map_kinematics.pitch)
-        missing = self._slide.look(first.id, point, tried, now.dt, rate=rate, speed=settings.path_speed)
+        missing = self._slide.look(
+            first.id, point, tried, now.dt, rate=rate, speed=settings.path_speed, curvature=first.curvature
+        )
         return (replace(first, velocity=first.velocity + missing), *contacts[1:])
 
     def _within_energy(

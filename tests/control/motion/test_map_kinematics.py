@@ -76,3 +76,26 @@ def test_error_between_links_is_the_distance_in_space():
     assert bench.kinematics.apart(*ends, bench.configuration) == pytest.approx(length)
     touched = touch_on(bench.map, here, 1.0)
     assert bench.kinematics.away(ends[0], touched, bench.configuration) == pytest.approx(length)
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.7])
+def test_curvature_is_that_of_the_body_along_the_motion(turn):
+    """The forearm is round about its axis, and straight along it."""
+    bench = Bench(arm())
+    bench.configuration.update(arm().robot.home + turn)
+    skin = bench.map.skin
+    rotation = bench.configuration.pose("forearm").rotation
+    taxels = [n for n in range(len(skin)) if skin.patch_of[n] == 1 and 0.1 < skin.positions[n, 2] < 0.2]
+    assert len(taxels) > 20
+    around = []
+    along = []
+    for taxel in taxels:
+        jacobian = bench.jacobian(taxel)
+        region = touch_on(bench.map, taxel, 1.0)
+        sideways = rotation @ np.cross([0.0, 0.0, 1.0], skin.normals[taxel])
+        radius = np.linalg.norm(skin.positions[taxel, :2])
+        around.append(radius * bench.kinematics.curvature(region, jacobian @ sideways, jacobian))
+        along.append(radius * bench.kinematics.curvature(region, jacobian @ rotation[:, 2], jacobian))
+        assert bench.kinematics.curvature(region, np.zeros(2), jacobian) == 0.0
+    assert np.median(around) == pytest.approx(1.0, abs=0.15), "the section is nearly a circle"
+    assert np.median(along) == pytest.approx(0.0, abs=0.1)

@@ -27,8 +27,9 @@ class Led:
     The share of an object of radius R on skin of radius r is r / (r + R).
     """
 
-    def __init__(self, share: float = 1.0, *, start: float = 0.0) -> None:
+    def __init__(self, share: float = 1.0, *, start: float = 0.0, curvature: float = 0.0) -> None:
         self.observer = SlideObserver()
+        self.curvature = curvature
         self.share = share
         self.point = np.array([-start, 0.0])
         self.target = np.zeros(2)
@@ -39,20 +40,24 @@ class Led:
         errors = []
         for _ in range(round(seconds / DT)):
             error = self.target - self.point
-            missing = self.observer.look(1, self.point, self.tried, DT, rate=RATE, speed=SPEED)
+            missing = self._look()
             self.tried = RATE * error + velocity + (missing if observed else 0.0)
             self.point = self.point + DT * self.share * self.tried
             self.target = self.target + DT * velocity
             errors.append(error)
         return np.array(errors)
 
+    def _look(self) -> np.ndarray:
+        return self.observer.look(1, self.point, self.tried, DT, rate=RATE, speed=SPEED, curvature=self.curvature)
 
-@pytest.mark.parametrize(("object_radius", "skin_radius"), [(0.03, 0.03), (0.02, 0.04), (0.01, 0.05)])
+
+@pytest.mark.parametrize(("object_radius", "skin_radius"), [(0.03, 0.02), (0.03, 0.03), (0.02, 0.04), (0.01, 0.05)])
 def test_rolling_contact_has_no_steady_state_error(object_radius, skin_radius):
     share = skin_radius / (skin_radius + object_radius)
     behind = SPEED * (object_radius / skin_radius) / RATE
-    assert Led(share).run(6.0, observed=False)[-1] == pytest.approx([behind, 0.0], abs=1e-6)
-    assert Led(share).run(6.0)[-1] == pytest.approx([0.0, 0.0], abs=2e-5)
+    curvature = 1 / skin_radius
+    assert Led(share, curvature=curvature).run(6.0, observed=False)[-1] == pytest.approx([behind, 0.0], abs=1e-6)
+    assert Led(share, curvature=curvature).run(8.0)[-1] == pytest.approx([0.0, 0.0], abs=2e-5)
 
 
 def test_without_disturbances_the_contact_moves_as_without_the_observer():
@@ -79,18 +84,28 @@ def test_periodic_errors_of_the_place_are_not_amplified(pitch):
     places = []
     for k in range(4000):
         measured = place + [0.001 * np.sin(frequency * k * DT), 0.0]
-        tried = -RATE * measured + observer.look(1, measured, tried, DT, rate=rate, speed=SPEED)
+        tried = -RATE * measured + observer.look(1, measured, tried, DT, rate=rate, speed=SPEED, curvature=0.0)
         place = place + DT * tried
         places.append(place[0])
     followed = np.abs(places[-1000:]).max() / 0.001
     assert followed < 0.9
 
 
-@pytest.mark.parametrize(("speed", "bound"), [(0.004, 0.004), (0.05, MOST_MISSING)])
-def test_missing_velocity_is_bounded_where_the_contact_does_not_move(speed, bound):
+@pytest.mark.parametrize(
+    ("speed", "curvature", "bound"),
+    [
+        (0.004, 0.0, 0.004),
+        (0.05, 0.0, MOST_MISSING),
+        (0.004, 20.0, 0.004),
+        (0.004, 50.0, 0.006),
+        (0.05, 50.0, 1.5 * MOST_MISSING),
+        (0.01, 500.0, 0.02),
+    ],
+)
+def test_missing_velocity_is_bounded_where_the_contact_does_not_move(speed, curvature, bound):
     observer = SlideObserver()
     for _ in range(1000):
-        observer.look(1, np.zeros(2), np.array([0.0, 0.1]), DT, rate=RATE, speed=speed)
+        observer.look(1, np.zeros(2), np.array([0.0, 0.1]), DT, rate=RATE, speed=speed, curvature=curvature)
     assert observer.missing == pytest.approx([0.0, bound])
 
 
@@ -101,8 +116,9 @@ def test_missing_velocity_is_discarded_with_the_contact_and_at_a_seam(contact, p
     led = Led(0.0)
     led.run(1.0)
     assert led.observer.missing[0] > 0
-    assert led.observer.look(contact, point, AHEAD, DT, rate=RATE, speed=SPEED) == pytest.approx([0.0, 0.0])
-    further = led.observer.look(contact, point, AHEAD, DT, rate=RATE, speed=SPEED)
+    given = {"rate": RATE, "speed": SPEED, "curvature": 0.0}
+    assert led.observer.look(contact, point, AHEAD, DT, **given) == pytest.approx([0.0, 0.0])
+    further = led.observer.look(contact, point, AHEAD, DT, **given)
     assert further == pytest.approx([RATE * DT * SPEED, 0.0]), "and estimated from there"
     led.observer.reset()
     assert led.observer.missing == pytest.approx([0.0, 0.0])

@@ -49,6 +49,14 @@ class MapKinematics:
         smooth = self._jacobian.normal(region.at) if kind != "raw" else None
         return region.link_normal if smooth is None else smooth
 
+    def curvature(self, region: ContactRegion, velocity: FloatArray, jacobian: FloatArray) -> float:
+        """Return the curvature of the skin [1/m] where a contact moves with a velocity (2,) on the map [m/s].
+
+        It is the rotation of the smoothed normal per length on the body. The contact's Jacobian is (2, 3).
+        """
+        speed = length(least_norm_motion(jacobian, velocity))
+        return length(self._jacobian.normal_rate(region.at, velocity)) / speed if speed else 0.0
+
     def error(
         self, target: SurfacePoint, region: ContactRegion, jacobian: FloatArray, configuration: Configuration
     ) -> FloatArray:

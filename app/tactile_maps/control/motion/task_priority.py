@@ -102,6 +102,7 @@ class TaskContact:
         lasting: (3,) force that the skin yields to in addition, because the excess has lasted [N].
         made_up: (3,) velocity along the skin that makes up for the yielding of soft joints [m/s], in addition to
             ``along`` and without the lag of a virtual inertia.
+        curvature: Curvature of the skin in the direction of ``velocity`` [1/m].
     """
 
     id: int
@@ -121,6 +122,7 @@ class TaskContact:
     friction: float = 0.0
     lasting: FloatArray = field(default_factory=lambda: _ZERO)
     made_up: FloatArray = field(default_factory=lambda: _ZERO)
+    curvature: float = 0.0
 
     @property
     def slides(self) -> bool:

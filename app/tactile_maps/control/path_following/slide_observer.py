@@ -27,7 +27,13 @@ import numpy as np
 from tactile_maps.core.arrays import FloatArray, length, within_length
 
 MOST_MISSING = 0.01
-"""Bound of the missing velocity [m/s], and no more than the speed of the path: faster sliding disturbs the force."""
+"""Bound of the missing velocity [m/s], and no more than the speed of the path: faster sliding disturbs the force. It is
+higher where rolling takes more."""
+ROLLING_RADIUS = 0.03
+"""Radius R up to which the rolling of an object is made up for [m]. At the speed v that takes v R / r on skin of radius
+r, which exceeds v where r is less than R."""
+_MOST_ROLLING = 2.0
+"""Bound of R / r: sharper edges are narrower than the object, and passed before the observer has followed."""
 _JUMP = 0.005
 """A contact that moves farther within a tick has crossed a seam, behind which directions on the map differ [m]."""
 COARSE = 0.0125
@@ -73,6 +79,7 @@ class SlideObserver:
         *,
         rate: float,
         speed: float,
+        curvature: float,
     ) -> FloatArray:
         """Return the missing velocity (2,) [m/s] after one more tick.
 
@@ -83,6 +90,7 @@ class SlideObserver:
             dt: Time since the last tick [s].
             rate: Rate of the filter [1/s].
             speed: Speed of the path [m/s], for the bound.
+            curvature: Curvature of the skin along the path [1/m], for the bound.
         """
         moved = point - self._point
         if contact != self._contact or length(moved) > _JUMP:
@@ -90,7 +98,7 @@ class SlideObserver:
         else:
             share = min(rate * dt, 1.0)
             self.missing = self.missing + share * (tried - moved / dt - self.missing)
-            most = min(MOST_MISSING, speed)
+            most = min(MOST_MISSING, speed) * min(max(1.0, ROLLING_RADIUS * curvature), _MOST_ROLLING)
             self.missing = within_length(self.missing, most)
         self._contact = contact
         self._point = point

@@ -110,6 +110,22 @@ class MapJacobian:
         length = math.sqrt(blend.dot(blend))
         return blend / length if length else None
 
+    def normal_rate(self, point: SurfacePoint, velocity: FloatArray) -> FloatArray:
+        """Return the rate (3,) [1/s] of ``normal`` where the point moves with a velocity (2,) on the map [m/s].
+
+        Zero if there are too few taxels.
+        """
+        rate = np.zeros(3)
+        total = 0.0
+        if len(self._map.skin.patches[point.patch].taxels) < _LEAST:
+            return rate
+        for taxel, _, weight in self._nearest(point):
+            slope = self._slope(taxel)
+            if slope is not None:
+                rate += weight * velocity.dot(slope[1:])
+                total += weight
+        return rate / total if total else rate
+
     def _nearest(self, point: SurfacePoint) -> list[_Weighted]:
         """Return the taxels of the blend, cached for the last point."""
         last = self._last
