@@ -19,6 +19,7 @@ from tactile_maps.scene.scene_file import with_grid
 from tactile_maps.session.prepared_cache import prepare_cached
 from tactile_maps.skin.fitting.cover import CoverCandidate, CoverSpec, cover_candidates
 from tactile_maps.skin.fitting.grid import GridSpec
+from tactile_widgets.common.mode import Mode
 from tactile_widgets.context.notification_bar import READ_SECONDS
 from tactile_widgets.dialogs.dialogs import Button
 from tactile_widgets.dialogs.palette import matching
@@ -28,7 +29,7 @@ from tactile_widgets.session.live_input import LiveInputSettings
 from tactile_widgets.views.interaction.view_tool import PointedAt
 from tactile_widgets.window.palette_commands import action_commands
 from tests.widgets.support.mouse import left_click
-from tests.widgets.support.window_driver import answer, run
+from tests.widgets.support.window_driver import answer, blow_up, run
 
 pytestmark = pytest.mark.usefixtures("scene_cache")
 
@@ -419,6 +420,32 @@ def test_behaviours_and_contact_detection_are_kept_after_a_change_of_the_skin(wi
     offered(window, "wrist")["cover"].run()
     run(window, 0.02)
     assert window.live.run.settings.reading == reading
+
+
+def test_paused_session_stays_paused_after_a_change_of_the_skin(window, prepared):
+    window.action("pause").trigger()
+    click_box(window, "wrist")
+    for change in (partial(click, window, "skin-apply"), window.action("undo").trigger, window.action("redo").trigger):
+        skin = window.live.prepared.skin
+        change()
+        run(window, 0.1)
+        assert window.live.prepared.skin is not skin
+        assert window.live.mode is Mode.PAUSED
+        assert "paused" in window.windowTitle()
+        assert window.live.runner.session.frame.time == 0.0, "the script has not started"
+    window.action("pause").trigger()
+    window.action("undo").trigger()
+    assert window.live.mode is Mode.RUNNING
+    window.action("pause").trigger()
+    window.live.show_prepared(prepared)
+    assert window.live.mode is Mode.RUNNING, "another scene runs"
+
+
+def test_change_of_the_skin_starts_a_simulation_that_failed(window):
+    blow_up(window.live)
+    assert window.live.mode is Mode.PAUSED
+    offered(window, "wrist")["cover"].run()
+    assert window.live.mode is Mode.RUNNING
 
 
 @pytest.mark.long

@@ -117,6 +117,7 @@ class SessionHost(QObject):
         self._backends = backends
         self._speed = 1.0
         self._run: SessionRun | None = None
+        self._was_paused = False  # the session before the running one
         self._shown: Frame | None = None
         self.admit: Callable[[Callable[[], None], Scene | None], None] = lambda show, _scene: show()
         self.opening = False
@@ -357,6 +358,8 @@ class SessionHost(QObject):
         )
 
     def _end_run(self) -> None:
+        run = self.shown_run
+        self._was_paused = run is not None and run.runner.paused and not run.runner.halted
         self.recording.stop()
         self.replay.discard()
         if self._run is not None:
@@ -478,6 +481,11 @@ class SessionHost(QObject):
         self._speed = speed
         if self._run is not None:
             self._run.runner.speed = speed
+
+    def keep_pause(self) -> None:
+        """Pause the session that is about to start if the session before it was paused."""
+        if self._run is not None:
+            self._run.runner.paused = self._was_paused
 
     def step(self) -> None:
         """Advance a paused session by one tick."""

@@ -428,6 +428,7 @@ class MapFilePresenter(Presenter):
             return False
         before = self._kept[-1]
         kept = self.kept(prepared.scene)
+        self._session.keep_pause()
         self._next = None
         self._wait()
         if kept is not None and kept.prepared is prepared:
