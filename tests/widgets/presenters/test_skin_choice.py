@@ -422,6 +422,32 @@ def test_choice_for_a_robot_that_is_not_open_is_restored_after_a_crash(choosing,
     assert sum(counts(window).values()) == 65
 
 
+def taxels_after_job(window, qtbot):
+    """Run the next job of the preview, which waits for it, and return the texts of the taxels of each link."""
+    preview = window.presenters.skin.preview
+    qtbot.waitUntil(lambda: preview.executor.busy)
+    preview.executor.run_waiting()
+    return {link: row.text(2) for link, row in panel_of(window).tree.rows.items()}
+
+
+def test_taxels_for_a_robot_that_is_not_open_are_pending_until_they_are_counted(window, prepared, tmp_path, qtbot):
+    pending = {"base": "", "left": "…", "right": "…"}
+    executor = window.presenters.skin.preview.executor
+    executor.hold = True
+    begin_to_open_rods(window, tmp_path)
+    window.action("choose_links").trigger()
+    assert taxels_after_job(window, qtbot) == pending
+    assert taxels_after_job(window, qtbot) == {"base": "", "left": "500", "right": "500"}
+    panel_of(window).taxels.setValue(990)
+    crash(window, prepared)
+    window.action("restore_map").trigger()
+    assert taxels_after_job(window, qtbot) == pending
+    assert taxels_after_job(window, qtbot) == {"base": "", "left": "495", "right": "495"}
+    executor.hold = False
+    window.live.scene_jobs.executor.hold = False
+    click(window, "skin-revert")
+
+
 def test_panel_names_the_robot_that_is_not_open_until_it_shows_another_skin(choosing):
     panel = panel_of(choosing)
     name = panel.findChild(QLabel, "skin-robot")

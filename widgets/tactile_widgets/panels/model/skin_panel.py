@@ -63,7 +63,7 @@ class SkinChoice:
 
     Attributes:
         cover: Its cover; ``links`` are all links with skin.
-        counts: Number of taxels of each link with skin.
+        counts: Number of taxels of each link with skin; None until they are counted.
         bare: Reasons why links of the cover have no taxels.
         note: Text about where the taxels come from; may be empty.
         of: Name of the robot where it is not the one that is shown.
@@ -72,7 +72,7 @@ class SkinChoice:
     """
 
     cover: CoverSpec = field(default_factory=CoverSpec)
-    counts: Mapping[str, int] = field(default_factory=dict)
+    counts: Mapping[str, int] | None = None
     bare: Mapping[str, str] = field(default_factory=dict)
     note: str = ""
     of: str = ""
