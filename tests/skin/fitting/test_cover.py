@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from tactile_maps.core.errors import Finding, MeshError, RobotError, SkinError
+from tactile_maps.geometry.remesh.wrap import wrap_mesh
 from tactile_maps.geometry.surface.mesh import Mesh
 from tactile_maps.geometry.surface.points import nearest_others
 from tactile_maps.robots.files.mesh_files import box_mesh
@@ -115,6 +116,34 @@ def test_cover_keeps_its_margin_from_other_links():
     for margin in (0.0, 0.03):
         skin = cover_robot(two_rods(), CoverSpec(("upper",), taxels=200, margin=margin))
         assert skin.patches[0].surface.vertices[:, 2].min() == pytest.approx(margin, abs=0.006)
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        {"links": ("upper",)},
+        {"taxels": 50},
+        {"pitch": 0.03},
+        {"thickness": 0.015},
+        {"margin": 0.02},
+        {"bare": ("upper",)},
+    ],
+)
+def test_surface_of_an_equal_robot_is_made_again_only_if_the_cover_needs_another(monkeypatch, other):
+    cover = CoverSpec(("base", "upper"), taxels=40, thickness=0.012)
+    first = cover_robot(two_rods(), cover)
+    wrapped = []
+
+    def wrap(mesh, **how):
+        wrapped.append(how["where"])
+        return wrap_mesh(mesh, **how)
+
+    monkeypatch.setattr("tactile_maps.skin.fitting.cover.wrap_mesh", wrap)
+    again = cover_robot(two_rods(), replace(cover, seed=1))
+    assert wrapped == []
+    assert [patch.surface.area for patch in again.patches] == [patch.surface.area for patch in first.patches]
+    cover_robot(two_rods(), replace(cover, **other))
+    assert wrapped == [*other.get("links", cover.links)]
 
 
 def test_candidates_are_all_links_with_the_area_and_the_reason_against_a_cover():

@@ -9,15 +9,16 @@ Without named links, at least three moving links with a large exposed area are c
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.spatial import ConvexHull, QhullError
 
 from tactile_maps.core.arrays import FloatArray
-from tactile_maps.core.caches import weak_cache
+from tactile_maps.core.caches import content_cache, weak_cache
 from tactile_maps.core.errors import Finding, SkinError, check_names, check_range
 from tactile_maps.core.progress import Progress, no_progress
 from tactile_maps.geometry.remesh.repair import clean_mesh
@@ -266,6 +267,17 @@ def _voxel(meshes: dict[str, Mesh], spec: CoverSpec) -> float:
     return float(np.sqrt(3.0 * taxel_area / FACES_PER_TAXEL))
 
 
+def _content(
+    configuration: Configuration, meshes: dict[str, Mesh], links: Sequence[str], spec: CoverSpec, _progress: Progress, /
+) -> Iterator[ArrayLike]:
+    yield from (list(meshes), links, spec.bare)
+    yield from (spec.thickness, spec.margin, spec.taxel_area or 0.0, spec.taxels)
+    for name, mesh in meshes.items():
+        pose = configuration.pose(name)
+        yield from (mesh.vertices, mesh.faces, pose.rotation, pose.translation)
+
+
+@content_cache(_content, most=4)
 def _pieces_of_links(
     configuration: Configuration, meshes: dict[str, Mesh], links: Sequence[str], spec: CoverSpec, progress: Progress
 ) -> tuple[list[tuple[str, Mesh]], float, list[Finding]]:
