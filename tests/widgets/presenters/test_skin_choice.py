@@ -35,6 +35,12 @@ UNOPENED = "chosen skin of rods (not open yet)"
 LINKS = ("upper_arm", "forearm", "hand")
 
 
+@pytest.fixture(autouse=True)
+def skins_not_at_hand(monkeypatch):
+    """Skins that other tests have prepared are opened in the background too."""
+    monkeypatch.setattr("tactile_widgets.session.session_host.find_prepared", lambda _scene: None)
+
+
 def show_panel(window):
     window.action("choose_skin").trigger()
     QApplication.processEvents()
@@ -51,8 +57,11 @@ def window(window_again):
 
 @pytest.fixture
 def rods(tmp_path):
+    """File of a scene with another robot in a skin of few taxels."""
     (tmp_path / "rods.xml").write_text(RODS)
-    return str(tmp_path / "rods.xml")
+    scene = tmp_path / "rods.toml"
+    scene.write_text('title = "Rods"\nrobot = "rods.xml"\n[cover]\ntaxels = 60\n')
+    return scene
 
 
 def question(window):
@@ -78,7 +87,7 @@ def test_choice_that_is_not_applied_is_marked_and_asked_about(window, rods):
     assert not window.isWindowModified()
     click_box(window, "wrist")
     assert window.isWindowModified()
-    for leave in (window.close, partial(window.presenters.files.open_path, rods)):
+    for leave in (window.close, partial(window.presenters.files.open_path, str(rods))):
         leave()
         assert question(window).endswith(f"not saved: {CHOSEN}. Save applies the chosen skin first.")
         answer(window, Button.Cancel)
@@ -86,7 +95,7 @@ def test_choice_that_is_not_applied_is_marked_and_asked_about(window, rods):
         assert chosen(window) == {*LINKS, "wrist"}
     click_box(window, "wrist")
     assert not window.isWindowModified(), "it equals the skin again"
-    panel_of(window).taxels.setValue(60)
+    panel_of(window).taxels.setValue(160)
     assert unsaved(window) == (CHOSEN,)
     click(window, "skin-revert")
     assert unsaved(window) == ()
@@ -99,11 +108,11 @@ def test_discarded_choice_returns_if_the_robot_is_not_opened(window, rods):
     click_box(window, "wrist")
     opening = window.live.scene_jobs.executor
     opening.hold = True
-    window.presenters.files.open_path(rods)
+    window.presenters.files.open_path(str(rods))
     answer(window, Button.Discard)
     cancel(window)
     assert unsaved(window) == (CHOSEN,)
-    window.presenters.files.open_path(rods)
+    window.presenters.files.open_path(str(rods))
     answer(window, Button.Discard)
     opening.hold = False
     opening.run_waiting()
@@ -116,7 +125,6 @@ def test_discarded_choice_returns_if_the_robot_is_not_opened(window, rods):
 def test_choice_is_applied_and_saved_before_the_window_closes(new_window, tmp_path, choose_file, qtbot):
     window = show_panel(new_window)
     choose_file("save_file", tmp_path / "own.toml")
-    panel_of(window).taxels.setValue(61)
     click_box(window, "wrist")
     opening = window.live.scene_jobs.executor
     opening.hold = True
@@ -138,7 +146,6 @@ def test_save_applies_the_choice_and_saves_it_once_it_is_shown(window, tmp_path,
     choose_file("save_file", tmp_path / "own.toml")
     opening = window.live.scene_jobs.executor
     opening.hold = True
-    panel_of(window).taxels.setValue(63)
     click_box(window, "wrist")
     window.action("save").trigger()
     assert not (tmp_path / "own.toml").exists()
@@ -178,9 +185,9 @@ def test_opening_that_a_change_of_the_skin_stops_is_offered_again(window, tmp_pa
     window.live.replay.leave()
     assert counts(window).keys() == {*LINKS, "wrist"}
     window.live.scene_jobs.executor.hold = True
-    window.presenters.files.open_path(rods)
+    window.presenters.files.open_path(str(rods))
     window.action("undo").trigger()
-    assert stopped.format("rods.xml") in messages(window)
+    assert stopped.format("Rods") in messages(window)
     assert counts(window).keys() == {*LINKS}
     open_again(window)
     assert window.live.prepared.robot.name == "rods"
@@ -189,7 +196,7 @@ def test_opening_that_a_change_of_the_skin_stops_is_offered_again(window, tmp_pa
 def test_choice_that_cannot_be_applied_is_not_offered_to_be_saved(window, rods, tmp_path):
     click_box(window, "wrist")
     window.live.recording.start(tmp_path / "a.mcap")
-    window.presenters.files.open_path(rods)
+    window.presenters.files.open_path(str(rods))
     assert question(window).endswith("cannot be saved now. A recording is being made: stop it to change the skin.")
     assert not offers_save(window)
     answer(window, Button.Cancel)
@@ -198,7 +205,7 @@ def test_choice_that_cannot_be_applied_is_not_offered_to_be_saved(window, rods, 
     window.live.recording.stop()
     for link in chosen(window):
         click_box(window, link)
-    window.presenters.files.open_path(rods)
+    window.presenters.files.open_path(str(rods))
     assert question(window).endswith("cannot be saved now. Check at least one link.")
     assert not offers_save(window)
     answer(window, Button.Cancel)
@@ -210,7 +217,7 @@ def test_choice_that_fails_to_be_applied_keeps_the_document_and_states_why(windo
     panel = panel_of(window)
     panel.amount.setCurrentIndex(panel.amount.findData("pitch"))
     panel.pitch.setValue(0.5)
-    window.presenters.files.open_path(rods)
+    window.presenters.files.open_path(str(rods))
     answer(window, Button.Save)
     assert "more than 20,000 taxels" in window.notification_bar.text
     assert window.live.prepared.robot.name == "arm"
@@ -240,9 +247,9 @@ def test_choice_waits_during_a_recording_or_a_connection(window, tmp_path, qtbot
     assert unsaved(window) == (CHOSEN,)
 
 
-def test_choice_is_shown_again_after_the_panel_showed_a_robot_that_is_not_open(window, tmp_path):
+def test_choice_is_shown_again_after_the_panel_showed_a_robot_that_is_not_open(window, tmp_path, rods):
     record_run(window, tmp_path / "a.mcap", 0.1)
-    begin_to_open_rods(window, tmp_path)
+    begin_to_open_rods(window, rods)
     click_box(window, "wrist")
     window.action("choose_links").trigger()
     assert chosen(window) == {"left", "right"}
@@ -250,7 +257,7 @@ def test_choice_is_shown_again_after_the_panel_showed_a_robot_that_is_not_open(w
     assert unsaved(window) == (CHOSEN, UNOPENED)
     click(window, "skin-revert")
     assert chosen(window) == {*LINKS, "wrist"}
-    begin_to_open_rods(window, tmp_path, discarding=True)
+    begin_to_open_rods(window, rods, discarding=True)
     window.action("choose_links").trigger()
     window.column.show_tab(PanelTab.TOUCH)
     window.live.open_recording(tmp_path / "a.mcap")
@@ -288,14 +295,14 @@ def test_choice_made_while_a_robot_is_opened_is_saved_instead(window, tmp_path, 
     opening = window.live.scene_jobs.executor
     opening.hold = True
     panel_of(window).taxels.setValue(160)
-    window.presenters.files.open_path(rods)
+    window.presenters.files.open_path(str(rods))
     answer(window, Button.Discard)
     click_box(window, "wrist")
     opening.hold = False
     opening.run_waiting()
     answer(window, Button.Save)
     qtbot.waitUntil((tmp_path / "own.toml").exists)
-    assert "The opening of rods.xml was cancelled" in "".join(one.text for one in window.notification_bar.messages)
+    assert "The opening of Rods was cancelled" in "".join(one.text for one in window.notification_bar.messages)
     assert window.live.prepared.robot.name == "arm"
     assert counts(window).keys() == {*LINKS, "wrist"}
     assert unsaved(window) == ()
@@ -365,7 +372,7 @@ def test_choice_is_restored_after_a_crash_and_not_applied(window, prepared):
 
 
 def test_choice_for_a_skin_that_was_not_saved_is_restored_with_it(window, prepared):
-    panel_of(window).taxels.setValue(161)
+    panel_of(window).taxels.setValue(160)
     click_box(window, "wrist")
     click(window, "skin-apply")
     click_box(window, "elbow")
@@ -392,9 +399,9 @@ def test_undone_choice_leaves_no_copy(window, prepared):
 
 
 @pytest.fixture
-def choosing(window, tmp_path):
+def choosing(window, rods):
     """The window whose panel chooses the skin of a robot before it is opened."""
-    begin_to_open_rods(window, tmp_path)
+    begin_to_open_rods(window, rods)
     window.action("choose_links").trigger()
     assert unsaved(window) == (), "nothing is chosen yet"
     yield window
@@ -486,7 +493,7 @@ def test_choice_for_a_robot_that_is_not_open_is_asked_about(choosing):
 def test_discarded_choice_for_a_robot_that_is_not_open_is_asked_about_once(choosing, rods):
     window = choosing
     click_box(window, "left")
-    window.presenters.files.open_path(rods)
+    window.presenters.files.open_path(str(rods))
     answer(window, Button.Discard)
     assert unsaved(window) == (UNOPENED,), "until the robot replaces it"
     window.live.scene_jobs.executor.run_waiting()

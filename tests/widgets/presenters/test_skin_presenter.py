@@ -15,7 +15,7 @@ from PySide6.QtWidgets import QApplication, QLabel, QPushButton, QStyle, QStyleO
 
 from tactile_maps.editing.arrange import move
 from tactile_maps.robots.load import load_robot_file
-from tactile_maps.scene.scene_file import with_grid
+from tactile_maps.scene.scene_file import load_scene, with_grid
 from tactile_maps.session.prepared_cache import prepare_cached
 from tactile_maps.skin.fitting.cover import CoverCandidate, CoverSpec, cover_candidates
 from tactile_maps.skin.fitting.grid import GridSpec
@@ -471,29 +471,36 @@ def test_reason_is_stated_if_the_skin_cannot_be_changed(window, tmp_path):
     assert panel.tree.isEnabled()
 
 
-def begin_to_open_rods(window, folder, *, discarding=False):
+@pytest.fixture
+def rods(tmp_path):
+    """File of a robot that no scene describes."""
+    (tmp_path / "rods.xml").write_text(RODS)
+    return tmp_path / "rods.xml"
+
+
+def begin_to_open_rods(window, path, *, discarding=False):
     """Open a robot until its skin is planned, as its process does before the skin is fitted; return the job.
 
     Args:
         window: The window.
-        folder: Folder for the file of the robot.
+        path: The file of the robot, or of a scene with it.
         discarding: Whether the question about unsaved changes is asked, and answered by discarding them.
     """
-    (folder / "rods.xml").write_text(RODS)
     opening = window.live.scene_jobs.executor
     opening.hold = True
-    window.presenters.files.open_path(str(folder / "rods.xml"))
+    window.presenters.files.open_path(str(path))
     if discarding:
         answer(window, Button.Discard)
     (job,) = opening._waiting
-    job.deliver("part", plan_cover(job.job.arguments[0], load_robot_file(folder / "rods.xml")))
+    scene = load_scene(str(path)) if path.suffix == ".toml" else job.job.arguments[0]
+    job.deliver("part", plan_cover(scene, load_robot_file(path.with_suffix(".xml"))))
     return job
 
 
-def test_skin_that_is_chosen_before_the_opening_is_counted_when_the_panel_was_hidden(window_again, tmp_path, qtbot):
+def test_skin_that_is_chosen_before_the_opening_is_counted_when_the_panel_was_hidden(window_again, rods, qtbot):
     window = window_again
     assert not panel_of(window).isVisible()
-    begin_to_open_rods(window, tmp_path)
+    begin_to_open_rods(window, rods)
     window.action("choose_links").trigger()
     window.live.scene_jobs.executor.hold = False
     wait_for_counts(window, qtbot)
@@ -509,11 +516,11 @@ def place(widget):
     return widget.mapToGlobal(QPoint(0, 0))
 
 
-def test_number_of_taxels_keeps_its_place_when_the_links_are_found(window, tmp_path, qtbot):
+def test_number_of_taxels_keeps_its_place_when_the_links_are_found(window, rods, qtbot):
     panel = panel_of(window)
     preview = window.presenters.skin.preview
     preview.executor.hold = True
-    begin_to_open_rods(window, tmp_path)
+    begin_to_open_rods(window, rods)
     window.action("choose_links").trigger()
     assert not panel.tree.rows
     assert panel.note.text() == "Finding the links…"
@@ -529,8 +536,8 @@ def test_number_of_taxels_keeps_its_place_when_the_links_are_found(window, tmp_p
     assert place(panel.taxels).y() < before.y(), "the list of the shown robot is as high as needed"
 
 
-def test_robot_without_a_scene_reports_its_skin_and_opens_with_a_chosen_one(window, tmp_path, qtbot, monkeypatch):
-    job = begin_to_open_rods(window, tmp_path)
+def test_robot_without_a_scene_reports_its_skin_and_opens_with_a_chosen_one(window, rods, qtbot, monkeypatch):
+    job = begin_to_open_rods(window, rods)
     bar = window.notification_bar
     monkeypatch.setattr(bar, "_clock", lambda: time.monotonic() + 2 * READ_SECONDS)
     bar._read.timeout.emit()
@@ -556,9 +563,8 @@ def test_robot_without_a_scene_reports_its_skin_and_opens_with_a_chosen_one(wind
 
 
 @pytest.mark.long
-def test_opening_by_default_only_reports_the_skin(window, tmp_path):
-    (tmp_path / "rods.xml").write_text(RODS)
-    window.presenters.files.open_path(str(tmp_path / "rods.xml"))
+def test_opening_by_default_only_reports_the_skin(window, rods):
+    window.presenters.files.open_path(str(rods))
     assert window.notification_bar.text == "rods: 1,000 taxels on left and right"
     assert counts(window).keys() == {"left", "right"}
     assert window.presenters.map_files.unsaved == ()
