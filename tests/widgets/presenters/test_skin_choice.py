@@ -437,19 +437,19 @@ def taxels_after_job(window, qtbot):
     return {link: row.text(2) for link, row in panel_of(window).tree.rows.items()}
 
 
-def test_taxels_for_a_robot_that_is_not_open_are_pending_until_they_are_counted(window, prepared, tmp_path, qtbot):
+def test_taxels_for_a_robot_that_is_not_open_are_pending_until_they_are_counted(window, prepared, rods, qtbot):
     pending = {"base": "", "left": "…", "right": "…"}
     executor = window.presenters.skin.preview.executor
     executor.hold = True
-    begin_to_open_rods(window, tmp_path)
+    begin_to_open_rods(window, rods)
     window.action("choose_links").trigger()
     assert taxels_after_job(window, qtbot) == pending
-    assert taxels_after_job(window, qtbot) == {"base": "", "left": "500", "right": "500"}
-    panel_of(window).taxels.setValue(990)
+    assert taxels_after_job(window, qtbot) == {"base": "", "left": "30", "right": "30"}
+    panel_of(window).taxels.setValue(50)
     crash(window, prepared)
     window.action("restore_map").trigger()
     assert taxels_after_job(window, qtbot) == pending
-    assert taxels_after_job(window, qtbot) == {"base": "", "left": "495", "right": "495"}
+    assert taxels_after_job(window, qtbot) == {"base": "", "left": "25", "right": "25"}
     executor.hold = False
     window.live.scene_jobs.executor.hold = False
     click(window, "skin-revert")
