@@ -11,6 +11,8 @@ from PySide6.QtCore import Qt
 from tactile_widgets.tools.control.control_settings_editor import ControlSettingsEditor
 from tactile_widgets.tools.control.path_tool import PathTool
 from tactile_widgets.tools.registry import PATH
+from tactile_widgets.views.map.painting import map_painter
+from tactile_widgets.views.overlays.callouts import place_callouts
 from tests.widgets.support.executors import InlineSceneJobs
 from tests.widgets.support.map_view_driver import (
     SHEET,
@@ -76,3 +78,21 @@ def drawn(hand, lead, corners):
     hand.key(Qt.Key.Key_Return)
     assert len(lead.settings.path) == 3
     return hand
+
+
+@pytest.fixture
+def painted_captions(monkeypatch):
+    """Returns the boxes of the captions of contacts that the map view paints [px]."""
+    placed = []
+
+    def place(*arguments):
+        placed[:] = [callout.box for callout in place_callouts(*arguments)]
+        return place_callouts(*arguments)
+
+    monkeypatch.setattr(map_painter, "place_callouts", place)
+
+    def paint(view):
+        view.viewport().repaint()
+        return [*placed]
+
+    return paint

@@ -27,6 +27,7 @@ from tests.widgets.support.map_view_driver import (
     set_path_kind,
 )
 from tests.widgets.support.mouse import turn_wheel
+from tests.widgets.support.samples import touched
 
 
 @pytest.mark.parametrize("made", [PathTool, TargetTool])
@@ -41,6 +42,23 @@ def test_body_location_on_another_skin_is_ignored_without_an_arm(made, lead):
     tool.move(beyond, press)
     assert tool.cursor(beyond) == Qt.CursorShape.ArrowCursor
     assert lead.asked == []
+
+
+def test_caption_of_a_contact_is_next_to_the_force_and_the_handles(drawn, lead, tool, document, painted_captions):
+    taxel = int(np.argmin(np.linalg.norm(document.map.taxel_points - middle(document, SHEET), axis=1)))
+    at = document.map.taxel_points[taxel]
+    view = drawn.view
+    view.show_frame(touched(document.map, [taxel], radius=0.005))
+    view.set_view_tool(None)
+    (alone,) = painted_captions(view)
+    end = drawn.point(alone.center().toPoint())
+    lead.show_settings(replace(lead.settings, path=tuple(map(tuple, (end - [0.02, 0.02], at - [0.0, 0.02], end)))))
+    view.set_view_tool(tool)
+    (caption,) = painted_captions(view)
+    boxes = tool.boxes(view.map_to_pixels, view.font())
+    assert [alone.intersects(box) for box in boxes.handles] == [False, False, True], "the end is on the caption"
+    assert [box.center() for box in boxes.labels] == [tool._plate._box.center()]
+    assert not any(caption.intersects(box) for box in (*boxes.labels, *boxes.handles))
 
 
 @pytest.mark.long

@@ -9,10 +9,14 @@ import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 
+from tactile_maps.editing.document import MapDocument
 from tactile_widgets.tools.control.target_tool import TargetTool
+from tactile_widgets.tools.registry import PATH
 from tactile_widgets.views.interaction.arrow_keys import FINE_STEP, STEP
-from tests.widgets.support.map_view_driver import CAP, LEFT, NONE, SHEET, SHIFT, middle
+from tests.widgets.support.executors import InlineSceneJobs
+from tests.widgets.support.map_view_driver import CAP, LEFT, NONE, SHEET, SHIFT, MapViewDriver, middle, open_editor
 from tests.widgets.support.mouse import turn_wheel
+from tests.widgets.support.samples import leaf_map, middle_taxel, touched
 
 PIXEL = 1.5e-3
 
@@ -106,6 +110,21 @@ def test_delete_removes_the_target(held, lead):
     assert lead.settings.path == ()
     held.key(Qt.Key.Key_Delete)
     assert lead.heard == ["No path to clear"]
+
+
+def test_caption_of_a_contact_at_the_target_is_next_to_the_plate(qtbot, lead, tool, painted_captions):
+    fine = MapDocument.of(leaf_map())
+    lead.show_map(fine.map)
+    hand = MapViewDriver(qtbot, open_editor(InlineSceneJobs(), fine), tool, kind=PATH)
+    taxel = middle_taxel(fine.map, 0)
+    hand.click(fine.map.taxel_points[taxel])
+    hand.view.show_frame(touched(fine.map, [taxel], radius=0.005))
+    (caption,) = painted_captions(hand.view)
+    plate = tool._plate._box
+    assert not caption.intersects(plate)
+    hand.view.set_view_tool(None)
+    (alone,) = painted_captions(hand.view)
+    assert alone.intersects(plate), "where it is without the plate"
 
 
 def test_wheel_changes_the_force_on_the_plate_and_zooms_elsewhere(held, lead, tool, centre):

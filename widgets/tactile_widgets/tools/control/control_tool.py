@@ -14,8 +14,9 @@ from tactile_maps.geometry.surface.mesh import SurfacePoint
 from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_widgets.common.colours import Theme
 from tactile_widgets.tools.control.control_settings_editor import ControlSettingsEditor
-from tactile_widgets.views.interaction.view_tool import PointerHit, ToPixels, ViewTool
+from tactile_widgets.views.interaction.view_tool import NO_BOXES, PointerHit, ToolBoxes, ToPixels, ViewTool
 from tactile_widgets.views.overlays.body_overlays import NO_MARKS, ToolMarks
+from tactile_widgets.views.overlays.painting import caption_fonts
 
 FORCE_STEP = 0.5
 """Step of the force goal [N]."""
@@ -99,21 +100,23 @@ class ForceHandle:
         """Hide the plate."""
         self._box = QRectF()
 
+    @staticmethod
+    def box(at: QPointF, font: QFont) -> QRectF:
+        """Return the box of the plate next to ``at`` [px], with the figures in the font of ``caption_fonts``."""
+        width = QFontMetricsF(caption_fonts(font)[1]).horizontalAdvance("00.0\u202fN") + 26
+        return QRectF(at + _OFFSET, at + _OFFSET + QPointF(width, 24))
+
     def paint(self, painter: QPainter, at: QPointF, theme: Theme, *, hovered: bool) -> None:
         """Draw the plate next to ``at`` [px], with the force goal and arrows up and down."""
-        font = QFont(painter.font())
-        font.setPixelSize(13)
-        font.setWeight(QFont.Weight.DemiBold)
-        metrics = QFontMetricsF(font)
         text = f"{self._settings_editor.settings.force_goal:.1f}\u202fN"
-        width = metrics.horizontalAdvance("00.0\u202fN") + 26
-        self._box = QRectF(at + _OFFSET, at + _OFFSET + QPointF(width, 24))
+        self._box = self.box(at, painter.font())
+        _, figure = caption_fonts(painter.font())
         ink = QColor(theme.intent)
         painter.setPen(QPen(ink, 2.0 if hovered or self.held else 1.2))
         painter.setBrush(QColor(theme.panel))
         painter.drawRoundedRect(self._box, 4, 4)
         painter.setBrush(Qt.BrushStyle.NoBrush)
-        painter.setFont(font)
+        painter.setFont(figure)
         painter.setPen(QColor(theme.text))
         painter.drawText(self._box.adjusted(6, 0, -16, 0), Qt.AlignmentFlag.AlignCenter, text)
         painter.setPen(QPen(ink, 1.6, Qt.PenStyle.SolidLine, Qt.PenCapStyle.RoundCap))
@@ -208,10 +211,24 @@ class ControlTool(ViewTool):
         self._marks = None
         self.drawn.emit()
 
-    def _paint_plate(self, painter: QPainter, to_pixels: ToPixels, theme: Theme, at: FloatArray | None) -> None:
-        """Draw the plate next to a map point (2,) [m]; None hides it."""
+    @property
+    def _plate_at(self) -> FloatArray | None:
+        """Map point (2,) [m] next to which the plate is drawn; None hides it."""
+        return None
+
+    def boxes(self, to_pixels: ToPixels, font: QFont) -> ToolBoxes:
+        """Return the box of the plate."""
+        at = self._plate_at
+        return NO_BOXES if at is None else ToolBoxes([self._plate.box(_pixel(to_pixels, at), font)])
+
+    def _paint_plate(self, painter: QPainter, to_pixels: ToPixels, theme: Theme) -> None:
+        at = self._plate_at
         if at is None:
             self._plate.hide()
             return
         hovered = self._on_plate(self._place, self._pixel)
-        self._plate.paint(painter, QPointF(*to_pixels(at[None])[0].tolist()), theme, hovered=hovered)
+        self._plate.paint(painter, _pixel(to_pixels, at), theme, hovered=hovered)
+
+
+def _pixel(to_pixels: ToPixels, at: FloatArray) -> QPointF:
+    return QPointF(*to_pixels(at[None])[0].tolist())

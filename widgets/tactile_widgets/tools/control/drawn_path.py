@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
+from functools import lru_cache
 
 import numpy as np
 
@@ -39,6 +40,14 @@ class PathHandle:
     number: int = 0
 
 
+@lru_cache(maxsize=4)
+def _line(kind: PathKind, points: Points) -> FloatArray:
+    """Return the read-only curve (k, 2) of a path [m], which is used several times in each picture."""
+    line = draw_path(kind, points).points
+    line.flags.writeable = False
+    return line
+
+
 @dataclass(frozen=True)
 class DrawnPath:
     """Path drawn by the user.
@@ -64,7 +73,7 @@ class DrawnPath:
     @property
     def line(self) -> FloatArray:
         """Curve (k, 2) on the map [m], ignoring the map's borders."""
-        return draw_path(self.kind, self.points).points
+        return _line(self.kind, self.points)
 
     @property
     def handles(self) -> FloatArray:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
-from PySide6.QtCore import QEvent, QObject, QPointF, Qt
-from PySide6.QtGui import QKeyEvent, QMouseEvent, QPainter
+from PySide6.QtCore import QEvent, QObject, QPointF, QRectF, Qt
+from PySide6.QtGui import QFont, QKeyEvent, QMouseEvent, QPainter
 
 from tactile_maps.core.arrays import FloatArray
 from tactile_maps.maps.model.tactile_map import TactileMap
@@ -15,9 +17,9 @@ from tactile_widgets.tools.control.control_tool import REACH_PX, ControlTool
 from tactile_widgets.tools.control.drawn_path import FREE, DrawnPath, HandleKind, PathHandle, PathSketch, as_points
 from tactile_widgets.views.interaction.arrow_keys import nudge_of
 from tactile_widgets.views.interaction.select_gesture import CLICK_PX
-from tactile_widgets.views.interaction.view_tool import PointerHit, ToPixels
+from tactile_widgets.views.interaction.view_tool import NO_BOXES, PointerHit, ToolBoxes, ToPixels
 from tactile_widgets.views.overlays.body_overlays import MarkRole, PointMark, PolylineMark, ToolMarks
-from tactile_widgets.views.overlays.painting import draw_handles, draw_label, draw_middles, draw_sketch
+from tactile_widgets.views.overlays.painting import LARGE_HANDLE_PX, draw_handles, draw_label, draw_middles, draw_sketch
 from tactile_widgets.views.overlays.task_overlay import lines_on_skin
 
 _DRAW = "Click corners, or draw in one stroke; Enter ends, Backspace removes the last one. Drag parts to edit."
@@ -245,12 +247,26 @@ class PathTool(ControlTool):
         lines = lines_on_skin(shape.line, map_) if under_hand and len(shape.points) > 1 else ()
         return ToolMarks(map_.skin, spots=spots, strokes=tuple(PolylineMark(line, MarkRole.SKETCHED) for line in lines))
 
+    @property
+    def _plate_at(self) -> FloatArray | None:
+        """Upper right corner of the path: next to its handles, not over them."""
+        shape = self._shown()
+        return None if shape is None or self.drawing or self._dragged is not None else shape.line.max(axis=0)
+
+    def boxes(self, to_pixels: ToPixels, font: QFont) -> ToolBoxes:
+        """Return the boxes of the plate and of the handles."""
+        if (shape := self._shown()) is None:
+            return NO_BOXES
+        corners = to_pixels(shape.handles) - LARGE_HANDLE_PX / 2
+        handles = [QRectF(x, y, LARGE_HANDLE_PX, LARGE_HANDLE_PX) for x, y in corners.tolist()]
+        return replace(super().boxes(to_pixels, font), handles=handles)
+
     def paint(self, painter: QPainter, to_pixels: ToPixels, theme: Theme) -> None:
         """Draw the handles, the line being drawn or dragged with its length, and the force."""
         shape = self._shown()
         hovered = self._hovered
+        self._paint_plate(painter, to_pixels, theme)
         if shape is None:
-            self._plate.hide()
             return
         if self.drawing or self._dragged is not None:
             draw_sketch(painter, to_pixels(shape.line), theme)
@@ -259,11 +275,6 @@ class PathTool(ControlTool):
             draw_middles(painter, to_pixels(shape.middles), to_pixels(shape.handles), theme, hovered=number)
         corner = hovered.number if hovered is not None and hovered.grip is HandleKind.CORNER else None
         draw_handles(painter, to_pixels(shape.handles), theme, hovered=corner, chosen=self._chosen)
-        if self.drawing or self._dragged is not None:
-            self._plate.hide()
-            if self._pixel is not None and self._place.point is not None:
-                length = np.linalg.norm(np.diff(shape.line, axis=0), axis=1).sum()
-                draw_label(painter, f"{1e3 * length:.0f}\u202fmm", theme, at=self._pixel)
-        else:  # next to the path, not over its handles
-            line = shape.line
-            self._paint_plate(painter, to_pixels, theme, np.array([line[:, 0].max(), line[:, 1].max()]))
+        if (self.drawing or self._dragged is not None) and self._pixel is not None and self._place.point is not None:
+            length = np.linalg.norm(np.diff(shape.line, axis=0), axis=1).sum()
+            draw_label(painter, f"{1e3 * length:.0f}\u202fmm", theme, at=self._pixel)

@@ -22,6 +22,10 @@ class TargetTool(ControlTool):
     _dragging = False
 
     @property
+    def _plate_at(self) -> FloatArray | None:
+        return self._target
+
+    @property
     def _target(self) -> FloatArray | None:
         """Point to hold (2,) [m]; None if not set."""
         settings = self._settings_editor.settings
@@ -98,4 +102,4 @@ class TargetTool(ControlTool):
 
     def paint(self, painter: QPainter, to_pixels: ToPixels, theme: Theme) -> None:
         """Draw the force next to the target; the target itself is drawn with the task."""
-        self._paint_plate(painter, to_pixels, theme, self._target)
+        self._paint_plate(painter, to_pixels, theme)

@@ -6,12 +6,12 @@ something is drawn.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
-from PySide6.QtCore import QEvent, QObject, Qt, Signal
-from PySide6.QtGui import QKeyEvent, QMouseEvent, QPainter, QWheelEvent
+from PySide6.QtCore import QEvent, QObject, QRectF, Qt, Signal
+from PySide6.QtGui import QFont, QKeyEvent, QMouseEvent, QPainter, QWheelEvent
 from PySide6.QtWidgets import QWidget
 
 from tactile_maps.core.arrays import FloatArray
@@ -74,6 +74,22 @@ class PointerHit:
     body: BodyHit | None = None
 
 
+@dataclass(frozen=True)
+class ToolBoxes:
+    """Boxes in which a tool draws over the map view [px].
+
+    Attributes:
+        labels: Boxes of texts, which no caption covers.
+        handles: Boxes of handles, which captions cover only if there is no other room.
+    """
+
+    labels: Sequence[QRectF] = ()
+    handles: Sequence[QRectF] = ()
+
+
+NO_BOXES = ToolBoxes()
+
+
 class ViewTool(QObject):
     """Base class of tools in the views; does nothing.
 
@@ -119,6 +135,10 @@ class ViewTool(QObject):
 
     def paint(self, painter: QPainter, to_pixels: ToPixels, theme: Theme) -> None:
         """Draw over the map view, in the viewport's pixels."""
+
+    def boxes(self, to_pixels: ToPixels, font: QFont) -> ToolBoxes:
+        """Boxes of what ``paint`` draws with this font, of which captions keep clear."""
+        return NO_BOXES
 
     def body_marks(self) -> ToolMarks:
         """Marks on the body, drawn by the robot view in three dimensions."""

@@ -41,7 +41,7 @@ from tactile_widgets.overlays.taxel_faults import NO_FAULTS, TaxelFaults
 from tactile_widgets.views.interaction.navigation import CameraMotion, zoom_by
 from tactile_widgets.views.interaction.select_gesture import Pixel, paint_rubber_band
 from tactile_widgets.views.interaction.view_interaction import ViewInteraction
-from tactile_widgets.views.interaction.view_tool import PointedAt, PointerHit, ViewTool
+from tactile_widgets.views.interaction.view_tool import NO_BOXES, PointedAt, PointerHit, ViewTool
 from tactile_widgets.views.map.items.map_canvas import MapCanvas, MapLayerFactory
 from tactile_widgets.views.map.items.map_coordinates import MapCamera, SceneTransform, nearest_taxel, readout_text
 from tactile_widgets.views.map.painting.map_painter import MapMarks, MapPainter, outlines
@@ -635,11 +635,13 @@ class MapView(QGraphicsView):
         if self._picture is None:
             return
         painter = QPainter(self.viewport())
-        self._painter.paint(
-            painter, self.marks, self._picture, self.viewportTransform(), QRectF(self.viewport().rect())
-        )
+        tool = self.interaction.view_tool
+        boxes = NO_BOXES
+        if tool is not None and self.marks.contacts:
+            boxes = tool.boxes(self.map_to_pixels, painter.font())
+        self._painter.paint(painter, *self._place(self._picture), boxes)
         paint_rubber_band(painter, self.interaction.taxel_selector.rubber_band, self.theme)
-        if (tool := self.interaction.view_tool) is not None:
+        if tool is not None:
             tool.paint(painter, self.map_to_pixels, self.theme)
         painter.end()
         if self._unpainted and self._frame is not None:

@@ -16,6 +16,7 @@ from tactile_maps.core.reading_units import THIN
 from tactile_maps.session.frame import Frame
 from tactile_widgets.common.colours import Theme
 from tactile_widgets.overlays.taxel_faults import FaultLegend
+from tactile_widgets.views.interaction.view_tool import NO_BOXES, ToolBoxes
 from tactile_widgets.views.map.items.background import BackgroundLegend
 from tactile_widgets.views.map.items.map_canvas import CONTACT_KPA, MapCanvas
 from tactile_widgets.views.map.items.map_coordinates import MapCamera, nice_floor
@@ -151,18 +152,20 @@ class Captions:
         state: Boxes of the chips with the view's state.
         scale: Box of the scale bar, length of its line [px], and its text.
         legends: Legends of colours and marks with their boxes, one below the other.
+        tool: Boxes of the active tool.
     """
 
     names: Sequence[Name]
     state: Sequence[QRectF]
     scale: tuple[QRectF, float, str]
     legends: Sequence[tuple[Legend, QRectF]]
+    tool: ToolBoxes = NO_BOXES
 
     @property
     def boxes(self) -> list[QRectF]:
         """All boxes, those of the scale bar and the legends last."""
         names = (box for box, _ in self.names)
-        return [*names, *self.state, self.scale[0], *(box for _, box in self.legends)]
+        return [*names, *self.tool.labels, *self.state, self.scale[0], *(box for _, box in self.legends)]
 
 
 def outlines(regions: Sequence[ContactRegion], picture: MapCanvas) -> tuple[tuple[QPointF, FloatArray], ...]:
@@ -207,7 +210,15 @@ class MapPainter:
         self._names = NamePlace(self._caption)
         self.left_out = frozenset[str]()
 
-    def paint(self, painter: QPainter, marks: MapMarks, picture: MapCanvas, view: QTransform, room: QRectF) -> None:
+    def paint(
+        self,
+        painter: QPainter,
+        marks: MapMarks,
+        picture: MapCanvas,
+        view: QTransform,
+        room: QRectF,
+        tool: ToolBoxes = NO_BOXES,
+    ) -> None:
         """Paint all marks, and the layers over the canvas.
 
         Args:
@@ -216,9 +227,10 @@ class MapPainter:
             picture: Map and layers.
             view: Conversion of scene units to pixels.
             room: The viewport.
+            tool: Boxes in which the active tool draws afterwards.
         """
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        captions = self.captions(marks, picture, view, room)
+        captions = replace(self.captions(marks, picture, view, room), tool=tool)
         own = {
             ZOrder.TASK: partial(self._paint_task, painter, marks, picture, view),
             ZOrder.NAMES: partial(self._paint_names, painter, captions.names),
@@ -311,8 +323,8 @@ class MapPainter:
             for mark in seen
         ]
         inner = room.adjusted(EDGE, EDGE, -EDGE, -EDGE)
-        small = _small_patches([spot.size for spot in spots], skin)
-        return list(zip(place_callouts(spots, inner, captions.boxes, small), seen, strict=True))
+        kept = [*captions.tool.handles, *_small_patches([spot.size for spot in spots], skin)]
+        return list(zip(place_callouts(spots, inner, captions.boxes, kept), seen, strict=True))
 
     def leave_out_hiding(
         self, marks: MapMarks, picture: MapCanvas, view: QTransform, room: QRectF
