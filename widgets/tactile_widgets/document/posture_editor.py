@@ -57,21 +57,22 @@ class PostureEditor(QObject):
         self.gesture = ""
         self._tick = -1
         self._steps = StepList[FloatArray](MOST_STEPS)
-        self._forget(np.zeros(0))
+        self._return_home(np.zeros(0))
 
-    def _forget(self, home: FloatArray) -> None:
+    def _return_home(self, home: FloatArray) -> None:
         self.target = self.found = self._before = readonly(home)
         self.lower = self.upper = self.target
-        self._steps.reset()
         self.gesture = ""
 
     # State of the session.
 
-    def show_prepared(self, prepared: PreparedScene) -> None:
-        """Reset for another robot, or for a new session of the same robot."""
+    def show_prepared(self, prepared: PreparedScene, *, other_skin: bool = False) -> None:
+        """Reset for another robot, or for a new session of the same robot; ``other_skin`` keeps the undo steps."""
         self.robot = prepared.robot
         self._tick = -1
-        self._forget(prepared.robot.home)
+        if not other_skin or len(prepared.robot.joints) != len(self.target):
+            self._steps.reset()
+        self._return_home(prepared.robot.home)
         self.lower, self.upper = joint_limits(prepared.robot)
         self.changed.emit()
 
@@ -82,7 +83,8 @@ class PostureEditor(QObject):
         if frame.tick < self._tick:
             lower = self.lower
             upper = self.upper
-            self._forget(self.robot.home)
+            self._steps.reset()
+            self._return_home(self.robot.home)
             self.lower = lower
             self.upper = upper
             self.changed.emit()

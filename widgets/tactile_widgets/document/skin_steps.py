@@ -50,6 +50,7 @@ class SkinSteps(QObject):
         self._at = 0  # the scene that is shown
         self._requested = 0  # the scene that is shown once it is open
         self._from_start = False
+        self._is_new = False  # the requested step was not made before
 
     @property
     def pending(self) -> bool:
@@ -102,6 +103,7 @@ class SkinSteps(QObject):
         self._steps = [*kept, _SkinStep(name, after)]
         self._keep_document()
         self._request(len(kept), from_start=True)
+        self._is_new = self.pending
 
     def _keep_document(self) -> None:
         if self._editor is not None:
@@ -142,10 +144,15 @@ class SkinSteps(QObject):
             self._keep_document()
 
     def show_scene(self, scene: Scene) -> None:
-        """Find the opened scene among the steps; another scene discards them."""
-        at = next((number for number, step in enumerate(self._steps) if have_same_skin(step.scene, scene)), None)
+        """Find the opened scene among the steps, the requested one first; another scene discards them."""
+        found = [number for number, step in enumerate(self._steps) if have_same_skin(step.scene, scene)]
+        at = self._requested if self._requested in found else next(iter(found), None)
         if at is None:
             self._steps = []
+        elif self._is_new and at == self._requested:
+            step = self._steps[at]
+            self._steps[at] = _SkinStep(step.name, step.scene, step.document)  # follows edits made while it was opened
+        self._is_new = False
         self._at = at or 0
         self._requested = self._at  # which may have failed to open
         self.changed.emit()
@@ -154,6 +161,7 @@ class SkinSteps(QObject):
         """Stop opening the requested scene, or any other."""
         name = self.undo_step.name if self.pending else ""
         self._requested = self._at
+        self._is_new = False
         self.cancel_requested.emit(name)
         self.changed.emit()
 

@@ -45,6 +45,11 @@ class StepList(Generic[V]):
         """The step that ``forward`` repeats."""
         return self._steps[self._position] if self._position < len(self._steps) else NO_STEP
 
+    @property
+    def done_steps(self) -> list[Change[V]]:
+        """The steps that are not undone, oldest first."""
+        return self._steps[: self._position]
+
     def push(self, name: str, before: V, after: V, *, extend: bool = False) -> None:
         """Add a step and discard undone ones; with ``extend``, merge it with a last step of the same name."""
         self.discard_undone()

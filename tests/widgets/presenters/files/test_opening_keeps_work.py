@@ -144,6 +144,15 @@ def test_work_made_while_a_skin_is_prepared_is_kept(changed):
     run(window, 0.02)
     assert window.live.runner.session.settings.path == path
     assert window.action("redo").isEnabled()
+    window.action("undo").trigger()
+    run(window, 0.02)
+    assert window.live.runner.session.settings.path == (), "it was drawn before the new skin was shown"
+    assert window.editor.document is document
+    for _ in range(2):
+        window.action("redo").trigger()
+        run(window, 0.02)
+    assert "turret" in links(window)
+    assert len(window.live.runner.session.settings.path) == len(path)
 
 
 @pytest.mark.long

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from tactile_maps.control.motion.command import ControlSettings
-from tactile_widgets.tools.control.control_settings_editor import MOST_STEPS, ControlUndoStack
+from tactile_widgets.tools.control.control_settings_editor import MOST_STEPS, NO_STEPS, ControlUndoStack
 
 FIRST = ControlSettings()
 PATH = replace(FIRST, controller="hybrid", task="follow_path", path=((0.0, 0.0), (0.1, 0.0)))
@@ -88,3 +88,36 @@ def test_oldest_steps_are_discarded():
         assert steps.undo_step.name
         steps.undo(FIRST)
     assert steps.undo_step.name == ""
+
+
+def unchanged(kind, path):
+    return kind, path
+
+
+def test_skin_shown_again_has_its_settings_without_steps_undone_since():
+    steps = drawn()
+    left = steps.leave_skin()
+    assert steps.settings_on_skin(left, LONGER, unchanged) == LONGER
+    steps.undo(LONGER)
+    assert steps.settings_on_skin(left, LONGER, unchanged) == PATH
+    steps.done("set the force", PATH, replace(PATH, force_goal=4.0))
+    assert steps.settings_on_skin(left, LONGER, unchanged) == replace(PATH, force_goal=4.0)
+
+
+def test_steps_made_on_another_skin_are_carried_to_the_skin_shown_again():
+    steps = drawn()
+    other = ((0.5, 0.5),)
+    assert steps.settings_on_skin(NO_STEPS, FIRST, lambda kind, _path: (kind, other)) == replace(LONGER, path=other)
+    steps.enter_skin(NO_STEPS, "polyline", lambda kind, path: (kind, other if path else ()))
+    assert steps.undo(LONGER).path == other
+    assert steps.undo(LONGER).path == ()
+
+
+def test_steps_discarded_as_the_oldest_are_not_undone_on_a_skin_shown_again():
+    steps = drawn()
+    left = steps.leave_skin()
+    now = LONGER
+    for number in range(MOST_STEPS):
+        now, before = replace(now, force_goal=float(number + 1)), now
+        steps.done(f"{number}", before, now)
+    assert steps.settings_on_skin(left, LONGER, unchanged) == now

@@ -15,11 +15,13 @@ from tactile_maps.control.controller_registry import CONTROLLERS
 from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.editing.document import MapDocument
 from tactile_maps.maps.paths import PathKind
+from tactile_maps.session.prepare import PreparedScene
 from tactile_widgets.common.controller_settings import SETTING_CHOICES
 from tactile_widgets.common.mode import Mode
 from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.context.presenter import Presenter
 from tactile_widgets.panels.control.controller_panel import ControllerPanel
+from tactile_widgets.presenters.maps.map_file_presenter import MapFilePresenter
 from tactile_widgets.session.session_run import SessionRun
 from tactile_widgets.tools.control.control_tool import ForceHandle
 from tactile_widgets.tools.registry import Tools
@@ -31,13 +33,15 @@ class ControlToolsPresenter(Presenter):
     Args:
         context: Session, views, panels and services of the window.
         tools: Tools of the views.
+        files: File of the map.
         parent: Window over which dialogs open.
     """
 
-    def __init__(self, context: AppContext, tools: Tools, parent: QWidget) -> None:
+    def __init__(self, context: AppContext, tools: Tools, files: MapFilePresenter, parent: QWidget) -> None:
         super().__init__(context, parent)
         self.settings_editor = tools.control
         self._tools = tools
+        self._files = files
         self._run: SessionRun | None = None
         self._offered = False
         self._force = ForceHandle(tools.control)
@@ -69,12 +73,16 @@ class ControlToolsPresenter(Presenter):
             remedy = self._context.actions["open_path_scene"]
             self._notifier.say(f"{text} Another scene has a fixed knob:", remedies=[remedy])
 
-    def _on_prepared_changed(self) -> None:
-        """Forget the steps of the previous session; a recording that is shown leaves those of the one behind it."""
+    def _on_prepared_changed(self, prepared: PreparedScene) -> None:
+        """Forget the steps of the previous session, except after a change of the skin.
+
+        A recording that is shown leaves those of the session behind it.
+        """
         if self._session.run is not self._run:
             self._run = self._session.run
             self._offered = False
-            self.settings_editor.forget_steps()
+            if not self._files.expects(prepared):
+                self.settings_editor.forget_steps()
 
     def _choose_shape(self, kind: PathKind) -> None:
         """Choose the shape of the next and of the current path."""

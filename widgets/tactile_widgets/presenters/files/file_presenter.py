@@ -99,6 +99,7 @@ class FilePresenter(Presenter):
         self._map_files = map_files
         self._scene_file = scene_file
         self._skin_steps = tools.skin_steps
+        self._control = tools.control
         self._studies = studies
         tools.get(GridTool).placed.connect(self._on_grid_placed)
         tools.skin_steps.scene_requested.connect(self._show_skin_scene)
@@ -372,8 +373,10 @@ class FilePresenter(Presenter):
         kept = self._map_files.kept(rooted)
         if kept is None:
             session.open_scene(rooted)
-        elif not session.show_prepared(kept.prepared, kept.settings):
-            self._on_opening_stopped()
+        else:
+            settings = self._control.settings_on(kept.settings.map, kept.settings.settings)
+            if not session.show_prepared(kept.prepared, replace(kept.settings, settings=settings)):
+                self._on_opening_stopped()
 
     def _on_skin_cancel_requested(self, name: str) -> None:
         """Stop opening the scene of a step, or another scene or a recording, which can be opened again."""

@@ -15,7 +15,6 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
-import numpy as np
 from platformdirs import user_state_path
 from PySide6.QtCore import QTimer, Signal
 from PySide6.QtWidgets import QWidget
@@ -33,7 +32,6 @@ from tactile_maps.editing.layout_import import (
     is_drawn_so,
     pin_as_drawn,
     place_as_drawn,
-    points_on_other_map,
     same_skin,
 )
 from tactile_maps.editing.leftovers import Leftover, find_leftovers
@@ -57,6 +55,7 @@ from tactile_widgets.context.presenter import Presenter
 from tactile_widgets.dialogs.dialogs import Button
 from tactile_widgets.document.skin_steps import have_same_skin
 from tactile_widgets.presenters.maps.scene_file_presenter import SceneFilePresenter, map_file_of
+from tactile_widgets.tools.control.carried_paths import path_on_skin
 
 AUTOSAVE_MS = 20_000
 _CHOSEN = "chosen skin (not applied yet)"
@@ -422,9 +421,14 @@ class MapFilePresenter(Presenter):
         """Return the document of a scene before or after a change of the skin; None without one."""
         return next((one for one in self._kept if have_same_skin(one.prepared.scene, scene)), None)
 
+    def expects(self, prepared: PreparedScene) -> bool:
+        """Whether this is the scene whose skin was expected, until ``show_skin`` shows it."""
+        return self._next is not None and have_same_skin(self._next, prepared.scene)
+
     def show_skin(self, prepared: PreparedScene) -> bool:
         """Show the document of the scene that was expected. Return False for another scene."""
-        if self._next is None or not have_same_skin(self._next, prepared.scene):
+        run = self._session.run
+        if run is None or not self.expects(prepared):
             return False
         before = self._kept[-1]
         kept = self.kept(prepared.scene)
@@ -432,7 +436,7 @@ class MapFilePresenter(Presenter):
         self._next = None
         self._wait()
         if kept is not None and kept.prepared is prepared:
-            self._note_path(before.settings.settings, kept.settings.settings)
+            self._note_path(before.settings.settings, run.settings.settings)
             self._file = None
             if self._from_start:
                 kept.history.go(0)
@@ -478,10 +482,9 @@ class MapFilePresenter(Presenter):
         lost = list[str]()
         settings = before.settings.settings
         if settings.path:
-            found = points_on_other_map(np.array(settings.path), before.settings.map, document.map)
-            path = () if found is None else tuple((x, y) for x, y in found.tolist())
-            settings = replace(settings, path=path)
+            path = path_on_skin(settings.path, before.settings.map, document.map)
             lost += [] if path else ["the drawn path"]
+            settings = replace(settings, path=path)
         if patches:
             lost.append(f"the map edits of {', '.join(patches)}")
         if (stimuli := len(before.prepared.scene.stimuli) - len(scene.stimuli)) > 0:

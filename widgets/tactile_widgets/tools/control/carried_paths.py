@@ -1,15 +1,24 @@
-"""Paths that keep their place on the body when the map is edited; without Qt."""
+"""Paths that keep their place on the body when map or skin change; without Qt."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from weakref import WeakKeyDictionary
 
+import numpy as np
+
+from tactile_maps.editing.layout_import import points_on_other_map
 from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.maps.path_on_body import PathOnBody, Points
 from tactile_maps.maps.paths import PathKind
 
 _MOST_PATHS = 500
+
+
+def path_on_skin(path: Points, before: TactileMap, after: TactileMap) -> Points:
+    """Return the points of a path on the map of another skin; none if one of them is not on that skin."""
+    found = points_on_other_map(np.array(path), before, after) if path else None
+    return () if found is None else tuple((x, y) for x, y in found.tolist())
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,9 +7,10 @@ the controller panel in the meantime.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import fields, replace
+from dataclasses import dataclass, fields, replace
 from functools import partial
 from typing import Any, TypedDict, Unpack
+from weakref import WeakKeyDictionary
 
 from PySide6.QtCore import QObject, Signal
 
@@ -18,8 +19,9 @@ from tactile_maps.control.motion.command import ControlSettings, TaskName
 from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.maps.path_on_body import Points
 from tactile_maps.maps.paths import PathKind
-from tactile_widgets.document.step_list import StepList
-from tactile_widgets.tools.control.carried_paths import CarriedPaths
+from tactile_maps.skin.model.skin import Skin
+from tactile_widgets.document.step_list import Change, StepList
+from tactile_widgets.tools.control.carried_paths import CarriedPaths, path_on_skin
 from tactile_widgets.tools.control.drawn_path import DrawnPath
 
 MOST_STEPS = 200
@@ -39,6 +41,7 @@ def _values(settings: ControlSettings, names: Sequence[str]) -> dict[str, Any]:
     return {name: getattr(settings, name) for name in names}
 
 
+ControlStep = Change[dict[str, Any]]
 Carry = Callable[[PathKind, Points], tuple[PathKind, Points]]
 """Returns kind and points of a path on another map."""
 
@@ -50,6 +53,26 @@ def _with_path(values: dict[str, Any], kind: PathKind, carry: Carry) -> dict[str
     kind = values.get("path_kind", kind)
     carried, path = carry(kind, values["path"])
     return {**values, "path": path, **({} if carried == kind else {"path_kind": carried})}
+
+
+@dataclass(frozen=True, eq=False)
+class StepsOnSkin:
+    """The steps when the skin was changed, with their values on the map that it had.
+
+    Attributes:
+        steps: Steps by number, also undone ones.
+        done: Numbers of those that were not undone, oldest first.
+    """
+
+    steps: dict[int, ControlStep]
+    done: tuple[int, ...] = ()
+
+
+NO_STEPS = StepsOnSkin({})
+
+
+def _carried(step: ControlStep, kind: PathKind, carry: Carry) -> ControlStep:
+    return replace(step, before=_with_path(step.before, kind, carry), after=_with_path(step.after, kind, carry))
 
 
 class ControlUndoStack(StepList[dict[str, Any]]):
@@ -79,10 +102,41 @@ class ControlUndoStack(StepList[dict[str, Any]]):
             kind: Shape of paths whose step did not choose one.
             carry: Returns a path on the other map.
         """
-        self._steps = [
-            replace(step, before=_with_path(step.before, kind, carry), after=_with_path(step.after, kind, carry))
-            for step in self._steps
-        ]
+        self._steps = [_carried(step, kind, carry) for step in self._steps]
+
+    def leave_skin(self) -> StepsOnSkin:
+        """Return the steps as they are on the current skin."""
+        return StepsOnSkin({step.number: step for step in self._steps}, tuple(one.number for one in self.done_steps))
+
+    def enter_skin(self, left: StepsOnSkin, kind: PathKind, carry: Carry) -> None:
+        """Replace the values of the steps by those on another skin.
+
+        Args:
+            left: The steps when that skin was left; the steps that were added since are carried.
+            kind: Shape of paths whose step did not choose one.
+            carry: Returns a path on the map of the other skin.
+        """
+        self._steps = [left.steps.get(step.number) or _carried(step, kind, carry) for step in self._steps]
+
+    def settings_on_skin(self, left: StepsOnSkin, settings: ControlSettings, carry: Carry) -> ControlSettings:
+        """Return the settings on a skin that is shown again: as it was left, except for steps undone or made since.
+
+        Args:
+            left: The steps when that skin was left.
+            settings: The settings when it was left.
+            carry: Returns a path on the map of that skin.
+        """
+        done = self.done_steps
+        still_done = {step.number for step in done}
+        oldest = self._steps[0].number if len(self._steps) == MOST_STEPS else 0
+        for number in reversed(left.done):
+            if number >= oldest and number not in still_done:
+                settings = replace(settings, **left.steps[number].before)
+        for step in done:
+            if step.number not in left.done:
+                after = (left.steps.get(step.number) or _carried(step, settings.path_kind, carry)).after
+                settings = replace(settings, **after)
+        return settings
 
     def undo(self, settings: ControlSettings) -> ControlSettings:
         """Return ``settings`` without the last step; unchanged if there is none."""
@@ -129,6 +183,7 @@ class ControlSettingsEditor(QObject):
         self.steps = ControlUndoStack()
         self._before = ControlSettings()
         self._carried = CarriedPaths()
+        self._left = WeakKeyDictionary[TactileMap, StepsOnSkin]()
 
     @property
     def path(self) -> DrawnPath | None:
@@ -145,11 +200,33 @@ class ControlSettingsEditor(QObject):
         self.changed.emit()
 
     def show_map(self, map_: TactileMap) -> None:
-        """Set the map on which the user draws; another skin discards all undo steps."""
-        if self.map is None or map_.skin is not self.map.skin:
-            self.steps.reset()
+        """Set the map on which the user draws; on another skin, the steps keep their places on the body."""
+        if self.map is not None and map_.skin is not self.map.skin:
+            steps = self.steps.leave_skin()
+            after, left = self._left_on(map_.skin) or (map_, NO_STEPS)
+            self.steps.enter_skin(left, self.settings.path_kind, self._to_skin(after))
+            self._left[self.map] = steps
         self.map = map_
         self.changed.emit()
+
+    def settings_on(self, map_: TactileMap, settings: ControlSettings) -> ControlSettings:
+        """Return the settings with which an earlier skin is shown again.
+
+        Args:
+            map_: Map of that skin when it was left.
+            settings: Settings when it was left; steps that were undone or made since change them.
+        """
+        known = self._left_on(map_.skin)
+        return settings if known is None else self.steps.settings_on_skin(known[1], settings, self._to_skin(map_))
+
+    def _left_on(self, skin: Skin) -> tuple[TactileMap, StepsOnSkin] | None:
+        """Return the last map of an earlier skin, and the steps on it."""
+        return next(((map_, steps) for map_, steps in [*self._left.items()][::-1] if map_.skin is skin), None)
+
+    def _to_skin(self, after: TactileMap) -> Carry:
+        before = self.map
+        assert before is not None
+        return lambda kind, path: (kind, path_on_skin(path, before, after))
 
     def carry_path(self, settings: ControlSettings, before: TactileMap, after: TactileMap) -> ControlSettings:
         """Return settings whose path or target is at the same place on the body after an edit of the map.
@@ -166,6 +243,8 @@ class ControlSettingsEditor(QObject):
     def forget_steps(self) -> None:
         """Discard all undo steps, because another session has its own settings."""
         self.steps.reset()
+        for map_ in [*self._left]:
+            self._left[map_] = NO_STEPS
         self.changed.emit()
 
     def set_enabled(self, *, enabled: bool) -> None:
