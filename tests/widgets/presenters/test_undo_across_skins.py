@@ -94,6 +94,7 @@ def test_target_set_before_an_undone_change_of_the_skin_is_undone(window):
     set_target(window, 0)
     target = state(window)
     assert place(window)[0] == "upper_arm"
+    assert window.presenters.map_files.unsaved == ("target", "controller")
     apply_skin(window, "shoulder")
     do(window, "undo")
     assert state(window) == target
@@ -123,6 +124,7 @@ def test_all_edits_are_undone_and_redone_in_one_order(window):
     done()
     apply_skin(window, "upper_arm")
     assert settings(window).path == (), "the link of the target has no skin"
+    assert "Not on the new skin and removed: the target," in window.notification_bar.text
     done()
     editor.do("set the force", force_goal=editor.settings.force_goal + 1.0)
     done()

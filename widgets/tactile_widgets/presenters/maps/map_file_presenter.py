@@ -54,10 +54,11 @@ from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.context.presenter import Presenter
 from tactile_widgets.dialogs.dialogs import Button
 from tactile_widgets.document.skin_steps import have_same_skin
-from tactile_widgets.presenters.maps.scene_file_presenter import SceneFilePresenter, map_file_of
+from tactile_widgets.presenters.maps.scene_file_presenter import SceneFilePresenter, map_file_of, path_name
 from tactile_widgets.tools.control.carried_paths import path_on_skin
 
 AUTOSAVE_MS = 20_000
+_LOST = {"path": "the drawn path", "target": "the target"}
 _CHOSEN = "chosen skin (not applied yet)"
 _MAPS = "Tactile maps (*.npz)"
 _OPENED = "Tactile maps (*.npz *.obj *.svg)"
@@ -483,7 +484,7 @@ class MapFilePresenter(Presenter):
         settings = before.settings.settings
         if settings.path:
             path = path_on_skin(settings.path, before.settings.map, document.map)
-            lost += [] if path else ["the drawn path"]
+            lost += [] if path else [_LOST[path_name(settings)]]
             settings = replace(settings, path=path)
         if patches:
             lost.append(f"the map edits of {', '.join(patches)}")

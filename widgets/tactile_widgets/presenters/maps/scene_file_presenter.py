@@ -40,6 +40,11 @@ class ChosenEffects(Protocol):
         """Choose effects again."""
 
 
+def path_name(settings: ControlSettings) -> str:
+    """Return the name for the user of the settings' path: a target is a path of one point."""
+    return "target" if settings.path and settings.task == "hold_point" else "path"
+
+
 class SceneFilePresenter(Presenter):
     """The file of the scene that runs, or that runs behind a recording or a real skin. Mutable.
 
@@ -100,7 +105,7 @@ class SceneFilePresenter(Presenter):
     def unsaved(self) -> tuple[str, ...]:
         """Names of the parts that the user changed and that no file contains.
 
-        They are the path, controller, behaviours, contact detection and effects.
+        They are the path or target, controller, behaviours, contact detection and effects.
         """
         return self._differing(self._in_file)
 
@@ -115,13 +120,18 @@ class SceneFilePresenter(Presenter):
             return ()
         removed = self.path_removed and not made.settings.path
         changes = {
-            "path": made.settings.path != other.settings.path and not removed,
+            self._path_name(made): made.settings.path != other.settings.path and not removed,
             "controller": _without_path(made.settings) != _without_path(other.settings),
             "behaviours": made.behaviours != other.behaviours,
             "contact detection": made.reading != other.reading,
             "effects": made.effects != other.effects,
         }
         return tuple(name for name, changed in changes.items() if changed)
+
+    def _path_name(self, made: RuntimeSettings) -> str:
+        """Return the name of the drawn path, or of the one that the file has if the user removed it."""
+        known = made if made.settings.path or self._in_file is None else self._in_file
+        return path_name(known.settings)
 
     @property
     def made(self) -> RuntimeSettings | None:
