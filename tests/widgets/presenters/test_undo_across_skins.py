@@ -18,7 +18,6 @@ pytestmark = pytest.mark.usefixtures("scene_cache")
 @pytest.fixture
 def window(window_again):
     window = window_again
-    window.live.set_paused(paused=True)
     window.action("choose_skin").trigger()
     QApplication.processEvents()
     assert panel_of(window).tree.rows

@@ -392,7 +392,7 @@ class FilePresenter(Presenter):
         elif other:
             self._stopped = again
             text = f"The opening of {subject} was cancelled, because the skin is being changed."
-            self._notifier.say(text, remedies=[self._reopen], of="open file", lasting=True)
+            self._notifier.say(text, remedies=[self._reopen], of="open again", lasting=True)
 
     def _on_prepared_changed(self, prepared: PreparedScene) -> None:
         """Add the opened file to the recent files."""
