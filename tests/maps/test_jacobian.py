@@ -245,7 +245,7 @@ def test_too_few_taxels_give_no_normal():
 
 @pytest.mark.parametrize("scale", [1.0, 3.0])
 def test_normal_turns_with_the_curvature_where_a_point_moves(scale):
-    """On a cylinder of 40 mm, whatever the layout: v / r around it, and not along it."""
+    """The rate on a cylinder of 40 mm is v / r around it and zero along it, independent of the layout."""
     map_ = build_map(skin_of(frustum(0.04, 0.04, around=72, along=40), taxels=400))
     drawn = TactileMap(map_.skin, map_.charts, MapLayout((Placement(angle=0.7, scale=scale),)))
     jacobian = MapJacobian(drawn)

@@ -105,7 +105,7 @@ class ControlUndoStack(StepList[dict[str, Any]]):
         self._steps = [_carried(step, kind, carry) for step in self._steps]
 
     def leave_skin(self) -> StepsOnSkin:
-        """Return the steps as they are on the current skin."""
+        """Return the steps with their values on the current skin."""
         return StepsOnSkin({step.number: step for step in self._steps}, tuple(one.number for one in self.done_steps))
 
     def enter_skin(self, left: StepsOnSkin, kind: PathKind, carry: Carry) -> None:
