@@ -99,6 +99,19 @@ def test_window_is_released_after_its_panels_returned(qapp, tmp_path, own_files)
     assert kept() is None
 
 
+def test_window_is_released_when_it_is_closed_before_its_next_layout(qapp, tmp_path, own_files):
+    """Calls after the pending events are due: the height of the dock, and the place of a panel on its page."""
+    window = open_window(tmp_path, INLINE)
+    window.plots.board.enlarge(window.plots.board._shown[0])
+    window.column.reveal(window.column.get(PosturePanel))
+    kept = weakref.ref(window)
+    close_window(window)
+    del window
+    qapp.sendPostedEvents(None, QEvent.Type.DeferredDelete.value)
+    gc.collect()
+    assert kept() is None
+
+
 def test_layout_is_saved_and_applied_by_name(window):
     panel = window.column.get(ContactsPanel)
     undock(panel)

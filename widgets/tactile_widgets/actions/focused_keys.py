@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from PySide6.QtCore import QEvent, QObject, Qt, QTimer
+from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QFocusEvent, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import (
     QAbstractButton,
@@ -22,6 +22,8 @@ from PySide6.QtWidgets import (
     QTextEdit,
     QWidget,
 )
+
+from tactile_widgets.jobs.later import call_later
 
 CONTROLS: tuple[type[QWidget], ...] = (
     QAbstractButton,
@@ -132,7 +134,7 @@ class FocusedKeys(QObject):
     def _return_focus_soon(self) -> None:
         """Return the focus after the event, which may open a widget that takes the focus itself."""
         control = self._watched
-        QTimer.singleShot(0, self, lambda: self._return_focus(control))
+        call_later(self, lambda: self._return_focus(control))
 
     def _return_focus(self, control: QWidget | None) -> None:
         now = None if control is None else control.window().focusWidget()

@@ -18,6 +18,7 @@ from tactile_widgets.common.colours import Theme, mixed
 from tactile_widgets.common.make import column_layout, make, row_layout
 from tactile_widgets.common.sentence import as_sentence
 from tactile_widgets.common.settings import NavigationStyle
+from tactile_widgets.jobs.later import call_later
 
 _DOWN = QBoxLayout.Direction.TopToBottom
 _RIGHT = QBoxLayout.Direction.LeftToRight
@@ -438,7 +439,7 @@ class HintBar(FloatingBar):
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         if watched is self._parent and event.type() == QEvent.Type.LayoutRequest and self.isVisible():
-            QTimer.singleShot(0, self, self.place)  # after the parent has laid out its parts
+            call_later(self, self.place)  # after the parent has laid out its parts
         return super().eventFilter(watched, event)
 
     def set_theme(self, theme: Theme) -> None:

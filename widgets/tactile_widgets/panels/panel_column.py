@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
 from typing import TypeVar
 
-from PySide6.QtCore import QPoint, Qt, QTimer, Signal
+from PySide6.QtCore import QPoint, Qt, Signal
 from PySide6.QtWidgets import QScrollArea, QSizePolicy, QStackedWidget, QTabBar, QWidget
 
 from tactile_maps.session.frame import Frame
@@ -18,6 +18,7 @@ from tactile_widgets.common.mode import Mode
 from tactile_widgets.common.panel import SLIM_SCROLL_BAR, Panel
 from tactile_widgets.document.map_editor import MapEditor
 from tactile_widgets.document.taxel_selection import TaxelSelection
+from tactile_widgets.jobs.later import call_later
 from tactile_widgets.panels.registry import PANELS, PanelSpec, PanelTab
 from tactile_widgets.session.live_input import LiveInput
 from tactile_widgets.session.session_host import SessionHost
@@ -53,7 +54,7 @@ class _Page(QScrollArea):
         self._rows.activate()  # panels may have been hidden until now
         self._scroll_to(widget)
         # Labels that wrap know their height only once they are shown.
-        QTimer.singleShot(0, widget, lambda: self._scroll_to(widget))
+        call_later(widget, lambda: self._scroll_to(widget))
 
     def _scroll_to(self, widget: QWidget) -> None:
         self.ensureWidgetVisible(widget, 0, 0)

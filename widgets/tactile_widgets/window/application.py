@@ -23,7 +23,7 @@ from tactile_maps.session.session import Session
 os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
 os.environ.setdefault("QT_API", "pyside6")
 
-from PySide6.QtCore import QMessageLogContext, QTimer, QtMsgType, qInstallMessageHandler
+from PySide6.QtCore import QMessageLogContext, QtMsgType, qInstallMessageHandler
 from PySide6.QtGui import QIcon
 from PySide6.QtWidgets import QApplication
 
@@ -34,6 +34,7 @@ from tactile_widgets.common.guide_window import GuideWindow
 from tactile_widgets.common.settings import Settings
 from tactile_widgets.dialogs.figures.figure_file import FigureColours, FigurePart, FigureSpec, check_figure_kind
 from tactile_widgets.dialogs.figures.view_figure import left_out_text
+from tactile_widgets.jobs.later import call_later
 from tactile_widgets.session.backends import INLINE
 from tactile_widgets.session.session_runner import InlineRunner
 from tactile_widgets.window.display import require_display
@@ -78,7 +79,7 @@ def release_memory_between_scenes(window: MainWindow) -> None:
     """
     gc.collect()
     gc.freeze()
-    window.live.prepared_changed.connect(lambda _prepared: QTimer.singleShot(0, window, release_memory))
+    window.live.prepared_changed.connect(lambda _prepared: call_later(window, release_memory))
 
 
 def release_memory() -> None:
@@ -94,7 +95,7 @@ def open_when_ready(window: MainWindow, path: str) -> None:
 
     def opened(_prepared: object) -> None:
         window.live.prepared_changed.disconnect(opened)
-        QTimer.singleShot(0, window, partial(window.presenters.files.open_path, path))  # after all receivers
+        call_later(window, partial(window.presenters.files.open_path, path))  # after all receivers
 
     window.live.prepared_changed.connect(opened)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import partial
 
-from PySide6.QtCore import QCoreApplication, QEvent, QRect, QSize, Qt, QTimer
+from PySide6.QtCore import QCoreApplication, QEvent, QRect, QSize, Qt
 from PySide6.QtGui import (
     QAction,
     QCloseEvent,
@@ -32,6 +32,7 @@ from tactile_widgets.context.notifier import Notifier
 from tactile_widgets.dialogs.dialogs import Dialogs
 from tactile_widgets.document.map_editor import MapEditor
 from tactile_widgets.document.recording_notes import RecordingNotes
+from tactile_widgets.jobs.later import call_later
 from tactile_widgets.panels.model.timing_panel import TimingPanel
 from tactile_widgets.panels.panel_column import PanelColumn
 from tactile_widgets.panels.registry import PanelTab
@@ -342,7 +343,7 @@ class MainWindow(QMainWindow):
             self._bottom_next = None
             self._resize_bottom_now(height)
 
-        QTimer.singleShot(0, self, resize)  # after the parts are hidden
+        call_later(self, resize)  # after the parts are hidden
 
     def _resize_bottom_now(self, height: int) -> None:
         for part in (self.bottom.widget(), self.bottom, self):  # they may need the height of a part hidden now

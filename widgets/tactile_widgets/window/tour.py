@@ -17,6 +17,7 @@ from tactile_widgets.common.colours import Theme, mixed
 from tactile_widgets.common.make import STYLE_SPACING, column_layout, make, push_button, row_layout
 from tactile_widgets.common.settings import NavigationStyle
 from tactile_widgets.context.app_context import AppContext
+from tactile_widgets.jobs.later import call_later
 from tactile_widgets.panels.control.controller_panel import ControllerPanel
 
 _WIDTH = 380
@@ -342,7 +343,7 @@ class Tour(QObject):
             if event.key() == Qt.Key.Key_Escape and QApplication.activeModalWidget() is None:
                 self.leave()
         elif event.type() == QEvent.Type.Resize and watched in (self._window, self._context.views):
-            QTimer.singleShot(0, self, self._place)
+            call_later(self, self._place)
         return False
 
 

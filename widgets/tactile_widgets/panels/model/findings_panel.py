@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import Qt, QTime, QTimer
+from PySide6.QtCore import Qt, QTime
 from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QWidget
 
@@ -11,6 +11,7 @@ from tactile_maps.session.prepare import PreparedScene, findings_of
 from tactile_widgets.common.note_list import Note, NoteList
 from tactile_widgets.common.panel import Panel
 from tactile_widgets.common.sentence import capitalized
+from tactile_widgets.jobs.later import call_later
 
 _NO_FINDINGS = "Problems noticed or repaired while opening a robot, skin or scene are listed here."
 _FAULTS = ("missing-mesh", "scene-warning")
@@ -38,7 +39,7 @@ class FindingsPanel(Panel):
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
-        QTimer.singleShot(0, self.list, self.list.show_all)  # once the width is known
+        call_later(self.list, self.list.show_all)  # once the width is known
 
     def show_prepared(self, prepared: PreparedScene) -> None:
         found = findings_of(prepared)

@@ -54,6 +54,7 @@ from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.context.presenter import Presenter
 from tactile_widgets.dialogs.dialogs import Button
 from tactile_widgets.document.skin_steps import have_same_skin
+from tactile_widgets.jobs.later import call_later
 from tactile_widgets.presenters.maps.scene_file_presenter import SceneFilePresenter, map_file_of, path_name
 from tactile_widgets.tools.control.carried_paths import path_on_skin
 
@@ -451,7 +452,7 @@ class MapFilePresenter(Presenter):
             self._open_skin(prepared, before)
         self.changed.emit()
         if self._saves_next is not None:
-            QTimer.singleShot(0, self, self._saves_next)  # after the scene is shown everywhere
+            call_later(self, self._saves_next)  # after the scene is shown everywhere
             self._saves_next = None
         return True
 
