@@ -25,7 +25,7 @@ _BELOW = 1.0, 1.0
 
 
 def _draw_below(actor: pv.Actor) -> None:
-    """Draw a surface below those at the same place: the body of a skin without a robot is the skin itself."""
+    """Draw a surface below those at the same place, in 1.2 times the time: each pixel states its own depth."""
     actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()
     actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(*_BELOW)
 
@@ -37,13 +37,15 @@ class LinkActors:
         plotter: Plotter that draws them.
         robot: The robot.
         theme: Colours of the body, and of warnings for placeholders of missing meshes.
+        below: Whether links are drawn below surfaces at the same place: the body of a skin without a robot is the
+            skin itself.
 
     Attributes:
         placed: Link number and actor of each.
         shown: Level of each actor's surface: 0 for the link's own mesh, rising with the error.
     """
 
-    def __init__(self, plotter: Any, robot: Robot, theme: Theme) -> None:
+    def __init__(self, plotter: Any, robot: Robot, theme: Theme, *, below: bool = False) -> None:
         self._robot = robot
         self.placed: list[tuple[int, Any]] = []
         self._bodies: list[Any] = []
@@ -55,7 +57,8 @@ class LinkActors:
             if link.mesh is not None and len(link.mesh.faces):
                 body = polydata(link.mesh.vertices, link.mesh.vertex_normals, link.mesh.faces)
                 actor = add_surface(plotter, body, theme.body)
-                _draw_below(actor)
+                if below:
+                    _draw_below(actor)
                 self.placed.append((number, actor))
                 self._surfaces.append({0: body})
                 (self._placeholders if link.missing else self._bodies).append(actor)

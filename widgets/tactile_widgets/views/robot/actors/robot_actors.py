@@ -20,6 +20,7 @@ from tactile_maps.robots.kinematics import Configuration
 from tactile_maps.session.frame import Frame
 from tactile_maps.session.link_levels import LinkLevels
 from tactile_maps.session.prepare import PreparedScene
+from tactile_maps.skin.formats.import_skin import NO_ROBOT
 from tactile_maps.skin.model.skin import Skin
 from tactile_widgets.common.colours import PressureScale, Theme, mixed
 from tactile_widgets.overlays.taxel_faults import TaxelFaults
@@ -164,7 +165,7 @@ class RobotActors:
         self.plotter.clear_actors()
         self._floor = None
         self.skin = SkinActors(self.plotter, prepared, self.scale)  # before the links, because it hides most of them
-        self.links = LinkActors(self.plotter, prepared.robot, self.theme)
+        self.links = LinkActors(self.plotter, prepared.robot, self.theme, below=prepared.scene.robot == NO_ROBOT)
         self.links.set_levels(self.link_levels)
         meshes = ((number, link.mesh) for number, link in enumerate(prepared.robot.links))
         self._bounds = [(number, mesh.bounds) for number, mesh in meshes if mesh is not None and len(mesh.faces)]
