@@ -193,6 +193,8 @@ def _add_listen(command: _Add) -> None:
     speed = "with --send: speed limit of every joint (default 0.2); those of the robot's model apply as well"
     add("--max-speed", type=float, metavar="RAD/S", help=speed)
     add("--max-force", type=float, metavar="N", help="with --send: a stronger contact ends sending (default 15)")
+    anyway = "with --send: also after a doubtful tare, which may hide contacts; the default ends with exit code 1"
+    add("--send-anyway", action="store_true", help=anyway)
     needed = "token required in every packet; udp: and zmq: need one with --send or --remote"
     _source_options(listen, needed, "receive from other machines, which needs a token, and send to them")
     _json(listen)

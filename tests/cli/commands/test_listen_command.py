@@ -8,6 +8,7 @@ import shlex
 import socket
 import threading
 import time
+from contextlib import suppress
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ from tactile_maps.maps.formats.map_file import save_map
 from tactile_maps.recording.player import open_recording
 from tactile_maps.tactile.press import press_skin
 from tactile_widgets.__main__ import main
+from tests.live.channels.test_tare import PRESSED
 from tests.support.touch import bar, bar_map, bar_skin
 
 
@@ -215,6 +217,54 @@ def test_motion_for_a_file_is_sent_within_its_limits_and_ends_with_a_stop(skin, 
     assert [packet["state"] for packet in packets[-3:]] == ["stopped"] * 3
 
 
+def send_after_tare(factors, skin, folder, monkeypatch, *words):
+    """Send motion for multiples of a touch, tared with the first 20; return the exit code and the driver's packets."""
+    monkeypatch.setattr(listen, "CLOCK", lambda: 0.01 * time.monotonic())  # no command is late on a busy machine
+    (folder / "bar.xml").write_text(bar().mjcf)
+    rows = [[0.01 * number, *(30 * factor * PRESSED), 0.3] for number, factor in enumerate(factors)]
+    head = f"# unit: Pa\ntime,{','.join(map(str, range(60)))},joint:hinge\n"
+    (folder / "touch.csv").write_text(head + "".join(",".join(map(str, row)) + "\n" for row in rows))
+    packets = []
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as driver:
+        driver.bind(("127.0.0.1", 0))
+        driver.setblocking(False)
+        command = ["listen", str(folder / "touch.csv"), "--robot", str(folder / "bar.xml"), "--skin", skin, "--json"]
+        command += ["--controller", "hold_force", "--tare", "20"]
+        code = main([*command, "--send", f"udp://127.0.0.1:{driver.getsockname()[1]}", *words])
+        with suppress(BlockingIOError):
+            while True:
+                packets.append(json.loads(driver.recv(4096)))
+    assert [packet["state"] for packet in packets[-3:]] == ["stopped"] * 3
+    return code, packets
+
+
+def test_motion_is_not_sent_after_a_doubtful_tare_without_an_option(skin, capsys, tmp_path, monkeypatch):
+    factors = [1.0] * 30
+    code, packets = send_after_tare(factors, skin, tmp_path, monkeypatch)
+    assert code == 1
+    assert {packet["state"] for packet in packets} == {"stopped"}
+    assert packets[-1]["why"] == "the tare is doubtful"
+    captured = capsys.readouterr()
+    assert "--send: no motion is sent: the tare is doubtful (found: During the tare something seems" in captured.err
+    assert "--send-anyway" in captured.err
+    code, packets = send_after_tare(factors, skin, tmp_path, monkeypatch, "--send-anyway")
+    assert code == 0
+    assert [packet["state"] for packet in packets].count("moving") == 11, "also with the reading that ends the tare"
+    assert packets[-1]["why"] == "switched off"
+
+
+def test_falling_readings_stop_motion_but_not_listening(skin, capsys, tmp_path, monkeypatch):
+    code, packets = send_after_tare([0.0] * 20 + [0.1] * 5 + [-1.0] * 20, skin, tmp_path, monkeypatch)
+    assert code == 0
+    assert packets[-1]["why"] == "the tare is doubtful"
+    captured = capsys.readouterr()
+    found = json.loads(captured.out)
+    assert found["readings"] == 45
+    assert found["motion"]["stopped"] == "the tare is doubtful"
+    assert "fall below their baseline" in found["motion"]["detail"]
+    assert 5 <= found["motion"]["sent"] < 15
+
+
 DRIVER = "FILE --send udp://127.0.0.1:9"
 
 
@@ -257,6 +307,7 @@ DRIVER = "FILE --send udp://127.0.0.1:9"
         ("FILE --controller none", 2, "--controller: unknown controller (found: none). Choose one of: impedance"),
         ("FILE --max-speed 0.1", 2, "--max-speed: this option has no effect without --send"),
         ("FILE --max-force 5", 2, "--max-force: this option has no effect without --send"),
+        ("FILE --send-anyway", 2, "--send-anyway: this option has no effect without --send"),
         ("FILE --weight-seconds 1", 2, "--weight-seconds: this option has no effect without --weight"),
         ("FILE --weight-seconds 100 --weight 1", 2, "--weight-seconds: the time is out of range"),
         ("FILE --weight 2000", 2, "--weight: the weight is out of range"),

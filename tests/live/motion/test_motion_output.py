@@ -12,6 +12,7 @@ import pytest
 from tactile_maps.contacts.detection.taxel_noise import TaxelNoise
 from tactile_maps.contacts.pipeline import ReadingSettings
 from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.core.arrays import FloatArray
 from tactile_maps.core.errors import LiveError, SceneError
 from tactile_maps.live.calibration.calibration import Calibration
 from tactile_maps.live.channels.last_heard import FROZEN_SECONDS
@@ -32,10 +33,12 @@ from tactile_maps.live.prepare import as_measured
 from tactile_maps.live.readings.arrival import Arrived
 from tactile_maps.live.readings.data_age import SETTLE_SECONDS, DataAge
 from tactile_maps.live.readings.readings import Reading, Unit
+from tactile_maps.live.session.facts import tare_doubt
 from tactile_maps.live.session.measured_session import MeasuredSession
 from tactile_maps.live.session.skin_readings import MOST_PRESSURE
 from tactile_maps.session.inputs import ReadingChanged
 from tactile_maps.tactile.press import press_skin
+from tests.live.channels.test_tare import PRESSED
 from tests.support.touch import bar_skin, prepared_bar
 
 STEP = 0.01
@@ -72,8 +75,8 @@ class Robot:
         self.now += self.delays.pop(0) if self.delays else 0.0
         return self.now
 
-    def start(self) -> None:
-        self.output.start_sending(lambda packet: self.put.append(json.loads(packet)), self.limits)
+    def start(self, **settings) -> None:
+        self.output.start_sending(lambda packet: self.put.append(json.loads(packet)), self.limits, **settings)
         assert [packet["why"] for packet in self.put[-2:]] == ["nothing is sent yet"] * 2
         del self.put[-2:]
 
@@ -446,6 +449,72 @@ def test_tare_stops_motion():
     robot.read(1.0)
     assert _stopped(robot) is StopReason.UNKNOWN
     assert "tared" in robot.output.sending.detail
+
+
+BROAD = 30 * PRESSED
+"""Pressures of a touch of several taxels [Pa]."""
+
+
+def _tared(values: FloatArray) -> Robot:
+    """Robot whose skin was tared with these values."""
+    robot = Robot(limits=MotionLimits(force=100.0))
+    robot.session.tare(20)
+    for _ in range(20):
+        robot.read(values=values)
+    return robot
+
+
+def _fall(robot: Robot) -> None:
+    """Read values that fall below their baseline until this is noticed, or sending ends."""
+    for _ in range(10):
+        robot.read(values=-BROAD)
+
+
+def test_readings_that_fall_below_their_baseline_stop_motion():
+    robot = _tared(0 * BROAD)
+    robot.start()
+    robot.read(3.0)
+    assert robot.put[-1]["state"] == "moving"
+    _fall(robot)
+    assert _stopped(robot) is StopReason.DOUBTFUL_TARE
+    assert robot.put[-1]["why"] == "the tare is doubtful"
+    assert robot.output.sending.detail.startswith("Readings of taxel ")
+    assert robot.output.sending.detail.endswith(
+        "fall below their baseline: they are inverted, or something touched the skin during the tare"
+    )
+
+
+def test_doubtful_tare_ends_waiting_before_motion_is_sent():
+    robot = Robot()
+    robot.session.tare(20)
+    robot.start()
+    for _ in range(19):
+        robot.read(values=BROAD)
+    assert robot.output.sending.waiting == "the end of the tare"
+    assert robot.put == []
+    robot.read(values=BROAD)
+    assert _stopped(robot) is StopReason.DOUBTFUL_TARE
+    assert "something seems to have touched taxel " in robot.output.sending.detail
+    assert robot.output.sending.sent == 0
+    robot.session.tare(20)
+    for _ in range(21):
+        robot.read()
+    assert not robot.output.active, "a stop does not end by itself"
+
+
+@pytest.mark.parametrize("every", [False, True])
+def test_accepted_doubt_does_not_stop_motion_but_another_one_does(every):
+    robot = _tared(BROAD)
+    doubt = tare_doubt(robot.session.facts)
+    assert doubt.startswith("During the tare something seems to have touched taxel ")
+    robot.start(accepted=None if every else doubt)
+    for _ in range(3):
+        robot.read(values=BROAD)
+    assert robot.put[-1]["state"] == "moving"
+    _fall(robot)
+    assert tare_doubt(robot.session.facts) != doubt
+    assert robot.output.sending.sending is every
+    assert every or _stopped(robot) is StopReason.DOUBTFUL_TARE
 
 
 def test_strongest_contact_is_compared_with_the_force_limit():

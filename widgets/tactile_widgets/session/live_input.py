@@ -181,8 +181,13 @@ class LiveInput:
         with self._runner.lock:
             self._motion.use_controller(name)
 
-    def send_motion(self, address: str, limits: MotionLimits) -> None:
+    def send_motion(self, address: str, limits: MotionLimits, *, accepted: str = "") -> None:
         """Send the requested motion. Call it only for a user's action; raises the errors of ``LiveMotion.start``.
+
+        Args:
+            address: Address of the driver.
+            limits: Limits of the motion.
+            accepted: Doubt about the tare that the user has accepted, see ``tare_doubt``.
 
         Raises:
             UsageError: Readings lack a required token, or are received at the same address.
@@ -195,7 +200,7 @@ class LiveInput:
             raise error.at(remedy="Disconnect, and let File > Connect make a token for the sender") from error
         check_not_source(address, self.settings.address)
         with self._runner.lock:
-            self._motion.start(address, limits, token=token)
+            self._motion.start(address, limits, token=token, accepted=accepted)
 
     def stop_motion(self) -> None:
         """Send a stop command as the last one, at once, without waiting for the thread of the readings."""

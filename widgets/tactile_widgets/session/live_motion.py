@@ -80,8 +80,10 @@ class LiveMotion:
             self._output.use(settings)
         self._settings = settings
 
-    def start(self, address: str, limits: MotionLimits, *, token: str | None = None) -> None:
+    def start(self, address: str, limits: MotionLimits, *, token: str | None = None, accepted: str = "") -> None:
         """Send the requested motion from the next frame on. Call it only for a user's action.
+
+        Arguments as those of ``MotionOutput.start_sending``.
 
         Raises:
             UsageError: The address is invalid, or on another machine.
@@ -91,7 +93,7 @@ class LiveMotion:
         self.stop()
         check_sending(address, remote=False)
         output = self._made()  # may fail, so it precedes opening the channel
-        output.start_sending(self._open.enter_context(driver_channel(address)), limits, token=token)
+        output.start_sending(self._open.enter_context(driver_channel(address)), limits, token=token, accepted=accepted)
 
     def stop(self) -> None:
         """Send a stop command as the last one, and close the socket."""

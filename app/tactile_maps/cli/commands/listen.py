@@ -24,7 +24,7 @@ from tactile_maps.cli.shared.source_options import (
 from tactile_maps.control.controller_registry import check_settings, settings_from
 from tactile_maps.control.limit_texts import limit_text
 from tactile_maps.control.motion.command import ControlSettings
-from tactile_maps.core.errors import UsageError, counted, names_text
+from tactile_maps.core.errors import LiveError, UsageError, counted, names_text
 from tactile_maps.live.calibration.calibration import ValueMode, check_mass, load_calibration, save_calibration
 from tactile_maps.live.channels.matching import load_matching
 from tactile_maps.live.channels.tare import check_tare
@@ -98,7 +98,8 @@ def execute(arguments: argparse.Namespace) -> int:
                 stack.callback(recording.close)
             if motion is not None and arguments.send:
                 put = stack.enter_context(driver_channel(arguments.send))
-                motion.start_sending(put, limits, token=arguments.token)
+                accepted = None if arguments.send_anyway else ""
+                motion.start_sending(put, limits, token=arguments.token, accepted=accepted)
                 stack.callback(motion.halt)
             result = _listen(connection, session, recording, motion, arguments.seconds)
         if arguments.weight is not None:
@@ -259,6 +260,7 @@ def _listen(
                 if motion is not None:
                     motion.halt(StopReason.RECORDING, str(recording.error))
                 raise recording.error
+            _refuse_doubtful_tare(motion)
             message = _report_sending(message, motion, time.monotonic())
             if time.monotonic() - reported > _REPORT_PERIOD:
                 reported = time.monotonic()
@@ -266,6 +268,7 @@ def _listen(
     listened = time.monotonic() - start
     connection.close()
     commands.finish(_FINISH_SECONDS)
+    _refuse_doubtful_tare(motion)
     force = None if session.readings.units.force is None else summary.strongest
     return {
         "listened_s": listened,
@@ -274,6 +277,16 @@ def _listen(
         "contacts_at_once": summary.at_once,
         "max_force_N": force,
     }
+
+
+def _refuse_doubtful_tare(motion: MotionOutput | None) -> None:
+    """Raise LiveError if nothing was sent because the tare is doubtful; a later doubt stops the motion only."""
+    if motion is None or motion.sending.stopped is not StopReason.DOUBTFUL_TARE or motion.sending.sent:
+        return
+    remedy = "Leave the skin untouched and start again; --send-anyway sends nevertheless"
+    raise LiveError(
+        "no motion is sent: the tare is doubtful", place="--send", value=motion.sending.detail, remedy=remedy
+    )
 
 
 def _report_sending(last: tuple[str, float], motion: MotionOutput | None, now: float) -> tuple[str, float]:

@@ -19,6 +19,7 @@ NEEDED: Mapping[str, Mapping[str, tuple[str, ...]]] = {
     "listen": {
         "--max-speed": ("--send",),
         "--max-force": ("--send",),
+        "--send-anyway": ("--send",),
         "--weight-seconds": ("--weight",),
         "--save-calibration": ("--weight",),
         "--overwrite": ("--output", "--save-calibration"),

@@ -15,6 +15,7 @@ from tactile_maps.core.errors import names_text
 from tactile_maps.core.reading_units import ReadingUnits
 from tactile_maps.live.motion.motion_sender import OLDEST_SECONDS, StopReason
 from tactile_maps.live.readings.data_age import DataAge
+from tactile_maps.live.session.facts import tare_doubt
 from tactile_maps.live.session.measured_session import MeasuredSession
 from tactile_maps.live.session.skin_readings import MOST_PRESSURE
 
@@ -30,12 +31,12 @@ class InputProblem:
     Attributes:
         reason: Reason to stop.
         detail: Names and figures.
-        awaited: What is awaited before sending, without figures that change.
+        awaited: What is awaited before sending, without figures that change; None if sending ends instead.
     """
 
     reason: StopReason
     detail: str
-    awaited: str
+    awaited: str | None
 
 
 class InputMonitor:
@@ -51,8 +52,13 @@ class InputMonitor:
         self._ages = ages
         self.reset()
 
-    def reset(self) -> None:
-        """Disregard earlier events."""
+    def reset(self, *, accepted: str | None = "") -> None:
+        """Disregard earlier events.
+
+        Args:
+            accepted: Doubt about the tare that the user has accepted, see ``tare_doubt``; None to accept any.
+        """
+        self._accepted = accepted
         self._implausible = self._session.implausible.count
         self._jumps = self._ages.jumps
         self._implausible_at = -np.inf
@@ -86,8 +92,12 @@ class InputMonitor:
             return InputProblem(StopReason.IMPLAUSIBLE, impossible, "pressures that are possible")
         if heard.frozen.any():
             return InputProblem(StopReason.FROZEN, heard.frozen_text(), "values that change")
-        if session.facts.taring:
+        facts = session.facts
+        if facts.taring:
             return InputProblem(StopReason.UNKNOWN, "the skin is being tared", "the end of the tare")
+        doubt = tare_doubt(facts)
+        if doubt and self._accepted not in (doubt, None):
+            return InputProblem(StopReason.DOUBTFUL_TARE, doubt.removesuffix("."), None)
         if starting and not self._ages.settled:
             return InputProblem(StopReason.CLOCK, "", "readings that arrive evenly")
         return None

@@ -99,7 +99,14 @@ class MotionOutput:
         """Change the settings; raises SceneError and keeps the previous ones if they are invalid."""
         self._controller.use(settings)
 
-    def start_sending(self, put: Callable[[bytes], Any], limits: MotionLimits, *, token: str | None = None) -> None:
+    def start_sending(
+        self,
+        put: Callable[[bytes], Any],
+        limits: MotionLimits,
+        *,
+        token: str | None = None,
+        accepted: str | None = "",
+    ) -> None:
         """Send the desired motion once all readings are available, starting from the posture measured then.
 
         Call it only on a user's action.
@@ -108,12 +115,13 @@ class MotionOutput:
             put: Sends a packet.
             limits: Limits of the motion.
             token: Token in every packet.
+            accepted: Doubt about the tare that the user has accepted, see ``tare_doubt``; None to accept any.
 
         Raises:
             LiveError: No program receives the packets, or they cannot be sent.
         """
         self.halt()
-        self._monitor.reset()
+        self._monitor.reset(accepted=accepted)
         self.latency = CommandLatency()
         names = [joint.name for joint in self._joints]
         speeds = [joint.max_speed for joint in self._joints]
@@ -183,14 +191,14 @@ class MotionOutput:
         sender.check_force(total, now, f"{place}: tare again or lower the threshold")
 
     def _inputs_good(self, now: float) -> bool:
-        """Return whether motion may be sent; otherwise stop it, or wait for what is missing."""
+        """Return whether motion may be sent; otherwise stop it, or wait for what is missing before it is sent."""
         sender = self._sender
         if sender is None or not sender.state.active:
             return False
         problem = self._monitor.check(now, starting=sender.state.waiting is not None)
         if problem is None:
             return True
-        if sender.state.waiting is not None:
+        if sender.state.waiting is not None and problem.awaited is not None:
             sender.wait(problem.awaited)
         else:
             sender.stop(now, problem.reason, problem.detail)

@@ -80,6 +80,7 @@ class StopReason(StrEnum):
     IMPLAUSIBLE = "a reading is impossible"
     FROZEN = "a part of the skin repeats the same values"
     OVERRUN = "the command loop missed its deadline"
+    DOUBTFUL_TARE = "the tare is doubtful"
     CONTROLLER = "the controller's safety monitor stopped the arm"
     UNKNOWN = "posture or forces are not known any more"
     RECORDING = "the recording failed"

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from tactile_maps.core.arrays import IntArray
+from tactile_maps.core.errors import names_text
 from tactile_maps.live.calibration.calibration import ValueMode
 from tactile_maps.live.calibration.weighing import WeighingState
 from tactile_maps.live.channels.channel_health import SilentChannel
@@ -88,6 +90,25 @@ def few_heard(facts: MeasuredFacts, taxels: int) -> str | None:
     if not facts.readings or heard >= _FEW * taxels:
         return None
     return f"the readings have values of only {heard} of the skin's {taxels} taxels"
+
+
+def held_text(taxels: Sequence[str]) -> str:
+    """Return a sentence about the taxels that seem to have been touched during all of a tare."""
+    return f"During the tare something seems to have touched {names_text(taxels)}: contacts there are hidden."
+
+
+def tare_doubt(facts: MeasuredFacts) -> str:
+    """Return why the tare may hide contacts or show wrong ones, one sentence per reason; empty without a doubt."""
+    texts = []
+    if facts.held_in_tare:
+        texts.append(held_text(facts.held_in_tare))
+    if facts.falling:
+        names = names_text(facts.falling_taxels)
+        texts.append(
+            f"Readings of {names} fall below their baseline: they are inverted, or something touched the skin during "
+            "the tare."
+        )
+    return " ".join(texts)
 
 
 def taxel_names(skin: Skin, taxels: IntArray) -> tuple[str, ...]:

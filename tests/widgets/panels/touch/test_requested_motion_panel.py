@@ -16,7 +16,7 @@ from tactile_maps.tactile.press import press_skin
 from tactile_widgets.panels.panel_column import COLUMN_WIDTH
 from tactile_widgets.panels.touch.requested_motion_panel import RequestedMotionPanel
 from tactile_widgets.session.live_input import LiveInputSettings
-from tests.live.channels.test_tare import during, readings
+from tests.live.channels.test_tare import PRESSED, during, readings
 from tests.support.touch import bar_skin, prepared_bar
 from tests.widgets.support.mouse import left_click
 
@@ -37,24 +37,27 @@ def prepared():
 
 @pytest.fixture
 def panel(window_again, tmp_path):
-    """Readings of the bar, touched with 6 N from the sixth on and 20 N in the end; five have been taken."""
-    pressed = press_skin(bar_skin(), bar_skin().taxel_point(30), force=6.0)
-    factors = [0.0] * 6 + [1.0] * 20 + [20 / 6] * 4
-    rows = [[0.01 * number, *(factor * pressed), 0.3] for number, factor in enumerate(factors)]
-    path = tmp_path / "readings.csv"
-    head = f"# unit: Pa\ntime,{','.join(map(str, range(len(pressed))))},joint:hinge\n"
-    path.write_text(head + "".join(",".join(map(str, row)) + "\n" for row in rows))
+    """Readings of the bar, touched with 6 N from the sixth on and 20 N in the end; five have been taken.
+
+    ``panel.connect`` replaces them by others: multiples of pressures [Pa].
+    """
     panel = window_again.column.get(RequestedMotionPanel)
     panel.set_folded(False)
-    window_again.live.connection.open(LiveInputSettings(str(path), SourceOptions(speed=None)))
     clock = [0.0]
-    live = window_again.live.live_input
-    live._motion._make_output = lambda settings: MotionOutput(
-        live.session,
-        settings,
-        live.connection.ages,
-        clock=lambda: clock[0],  # independent of the machine's load
-    )
+
+    def connect(factors, pressed, **settings):
+        rows = [[0.01 * number, *(factor * pressed), 0.3] for number, factor in enumerate(factors)]
+        path = tmp_path / "readings.csv"
+        head = f"# unit: Pa\ntime,{','.join(map(str, range(len(pressed))))},joint:hinge\n"
+        path.write_text(head + "".join(",".join(map(str, row)) + "\n" for row in rows))
+        window_again.live.connection.open(LiveInputSettings(str(path), SourceOptions(speed=None), **settings))
+        live = window_again.live.live_input
+        live._motion._make_output = lambda settings: MotionOutput(
+            live.session,
+            settings,
+            live.connection.ages,
+            clock=lambda: clock[0],  # independent of the machine's load
+        )
 
     def read(count):
         for _ in range(count):
@@ -63,7 +66,10 @@ def panel(window_again, tmp_path):
         window_again.live.pump()
         panel.refresh()
 
+    panel.connect = connect
     panel.read = read
+    one_newton = press_skin(bar_skin(), bar_skin().taxel_point(30), force=1.0)
+    panel.connect([0.0] * 6 + [6.0] * 20 + [20.0] * 4, one_newton)
     panel.read(5)
     yield panel
     window_again.live.connection.close()
@@ -295,6 +301,60 @@ def test_arming_after_a_doubtful_tare_asks_first(panel, window_again, tmp_path):
     assert armed.isChecked()
 
 
+def received(driver):
+    """Packets that the driver has received."""
+    driver.setblocking(False)
+    packets = []
+    with suppress(BlockingIOError):
+        while True:
+            packets.append(json.loads(driver.recv(4096)))
+    return packets
+
+
+@pytest.mark.parametrize(
+    ("factors", "doubt"),
+    [
+        ([0.0] * 20 + [0.1] * 5 + [-1.0] * 70, "fall below their baseline"),
+        ([1.0] * 100, "something seems to have touched"),
+    ],
+    ids=["while it is sent", "while it waits for the tare"],
+)
+def test_doubtful_tare_stops_sending_with_a_message_that_starts_another_tare(
+    panel, driver, window_again, factors, doubt
+):
+    panel.connect(factors, 30 * PRESSED, tare=20)
+    panel.findChild(QLineEdit, "motion-address").setText(f"udp://127.0.0.1:{driver.getsockname()[1]}")
+    choose(panel, "Hold force")
+    switch, armed = (panel.findChild(QPushButton, f"motion-{name}") for name in ("send", "arm"))
+    panel.read(1)
+    press(panel)
+    panel.read(18)
+    assert switch.isChecked()
+    assert text(panel, "sent") == "Waiting for the end of the tare. Nothing is sent yet."
+    panel.read(15)
+    assert not switch.isChecked()
+    assert not armed.isChecked()
+    assert "Stopped: the tare is doubtful (" in text(panel, "sent")
+    packets = received(driver)
+    assert [(packet["state"], packet.get("why")) for packet in packets[-3:]] == [
+        ("stopped", "the tare is doubtful")
+    ] * 3
+    assert ("moving" in [packet["state"] for packet in packets]) is (factors[0] == 0)
+    (message,) = [message for message in window_again.notification_bar.messages if message.fault]
+    assert message.text.startswith("Sending to the robot stopped: the tare is doubtful (")
+    assert doubt in message.text
+    assert message.text.endswith("Leave the skin untouched and tare again; then arm and send again.")
+    (again,) = message.remedies
+    again.trigger()
+    panel.read(51)
+    assert received(driver) == [], "a stop does not end by itself"
+    arm(panel)
+    assert armed.isChecked(), "the skin did not change during this tare"
+    left_click(switch)
+    panel.read(1)
+    assert switch.isChecked()
+
+
 def test_other_machine_is_rejected_with_a_message(panel, window_again):
     panel.findChild(QLineEdit, "motion-address").setText("udp://192.0.2.1:9900")
     choose(panel, "Hold force")
@@ -337,11 +397,7 @@ def test_limits_entered_in_the_panel_are_sent(panel, driver):
     press(panel)
     panel.read(40)  # 20 N in the end
     press(panel)
-    driver.setblocking(False)
-    packets = []
-    with suppress(BlockingIOError):
-        while True:
-            packets.append(json.loads(driver.recv(4096)))
+    packets = received(driver)
     assert packets[-1]["why"] == "switched off"
     assert max(abs(packet["velocities"]["hinge"]) for packet in packets) == pytest.approx(0.01)
 

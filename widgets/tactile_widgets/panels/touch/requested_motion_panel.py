@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import numpy as np
 from PySide6.QtCore import Qt, Signal
@@ -10,10 +10,9 @@ from PySide6.QtWidgets import QLineEdit, QSizePolicy, QWidget
 
 from tactile_maps.control.controller_registry import CONTROLLERS
 from tactile_maps.control.limit_texts import limit_text
-from tactile_maps.core.errors import names_text
 from tactile_maps.live.motion.command_latency import latency_text
 from tactile_maps.live.motion.motion_sender import FORCES, SPEEDS, MotionLimits, StopReason
-from tactile_maps.live.session.facts import MeasuredFacts
+from tactile_maps.live.session.facts import tare_doubt
 from tactile_maps.robots.model.robot import Robot
 from tactile_widgets.common.make import SteadyLabel, add_fact, make, push_button, row_layout, value_label
 from tactile_widgets.common.number_field import NumberField
@@ -41,8 +40,9 @@ _SLOWED_TIP = "Faster motion is slowed as a whole; the speed limits of the robot
 class RequestedMotionPanel(ConnectedPanel):
     """The motion of a controller, which runs only while the panel is unfolded or its motion is sent."""
 
-    stop_reported = Signal(str)
-    """Reason for which sending stopped without the user's request; empty once the motion is sent again."""
+    stop_reported = Signal(str, bool)
+    """Reason for which sending stopped without the user's request, and whether the reason is a doubtful tare; an empty
+    reason once the motion is sent again."""
     start_refused = Signal(str)
     """Reason why sending did not start."""
     tare_doubted = Signal(str)
@@ -137,7 +137,7 @@ class RequestedMotionPanel(ConnectedPanel):
 
     @property
     def _doubt(self) -> str:
-        return "" if self._input is None else " ".join(tare_doubts(self._input.facts()[0]))
+        return "" if self._input is None else tare_doubt(self._input.facts()[0])
 
     def _show_armed(self) -> None:
         active = self._switch.isChecked()
@@ -163,7 +163,7 @@ class RequestedMotionPanel(ConnectedPanel):
             self._arm.setChecked(False)
             stopped = facts.sending.stopped
             if not self._error and stopped not in (None, StopReason.BY_HAND):
-                self.stop_reported.emit(_reason(facts))
+                self.stop_reported.emit(_reason(facts), stopped is StopReason.DOUBTFUL_TARE)
         self._switch.setChecked(active)
         self._show_armed()
         self._switch.setText("Stop sending" if active else "Send to the robot")
@@ -188,11 +188,11 @@ class RequestedMotionPanel(ConnectedPanel):
     def _on_switched(self, on: bool) -> None:
         if on and not self._disarm_if_doubted():
             limits = MotionLimits(self._speed.value(), self._most_force.value())
-            self._act(lambda live: live.send_motion(self._address.text().strip(), limits))
+            self._act(lambda live: live.send_motion(self._address.text().strip(), limits, accepted=self._accepted))
             if self._error:
                 self.start_refused.emit(self._error)
             elif self._switch.isChecked():
-                self.stop_reported.emit("")
+                self.stop_reported.emit("", False)
         elif not on:
             self._arm.setChecked(False)
             self._act(LiveInput.stop_motion)
@@ -200,25 +200,6 @@ class RequestedMotionPanel(ConnectedPanel):
     def _act(self, act: Callable[[LiveInput], None]) -> None:
         self._error = self._try(act)
         self.refresh()
-
-
-def held_text(taxels: Sequence[str]) -> str:
-    """Return a sentence about the taxels that seem to have been touched during all of a tare."""
-    return f"During the tare something seems to have touched {names_text(taxels)}: contacts there are hidden."
-
-
-def tare_doubts(facts: MeasuredFacts) -> tuple[str, ...]:
-    """Return why the tare may hide contacts or show wrong ones, one sentence per reason."""
-    texts = []
-    if facts.held_in_tare:
-        texts.append(held_text(facts.held_in_tare))
-    if facts.falling:
-        names = names_text(facts.falling_taxels)
-        texts.append(
-            f"Readings of {names} fall below their baseline: they are inverted, or something touched the skin during "
-            "the tare."
-        )
-    return tuple(texts)
 
 
 def _fastest(robot: Robot, facts: MotionFacts, line: Callable[[str, str], str]) -> str:

@@ -11,7 +11,7 @@ from PySide6.QtCore import QElapsedTimer, QTimer
 from PySide6.QtWidgets import QWidget
 
 from tactile_maps.core.errors import TactileMapsError, names_text
-from tactile_maps.live.session.facts import MeasuredFacts
+from tactile_maps.live.session.facts import MeasuredFacts, held_text
 from tactile_maps.live.session.reading_gap import GapCause, ReadingGap
 from tactile_maps.recording.player import RecordingPlayer
 from tactile_widgets.common.make import make
@@ -20,7 +20,7 @@ from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.context.presenter import Presenter
 from tactile_widgets.dialogs.connect_dialog import ConnectDialog
 from tactile_widgets.panels.touch.live_input_panel import LiveInputPanel
-from tactile_widgets.panels.touch.requested_motion_panel import RequestedMotionPanel, held_text
+from tactile_widgets.panels.touch.requested_motion_panel import RequestedMotionPanel
 from tactile_widgets.panels.touch.skin_check_panel import SkinCheckPanel
 from tactile_widgets.plots.timeline.playhead import clock_text
 from tactile_widgets.plots.timeline.scrub_bar import DamagedSpan
@@ -220,10 +220,15 @@ class LiveInputPresenter(Presenter):
         if mode is not Mode.RUNNING:
             self._context.panels.get(RequestedMotionPanel).disarm()
 
-    def _on_stop_reported(self, reason: str) -> None:
+    def _on_stop_reported(self, reason: str, by_tare: bool) -> None:
         """Report that the motion of the robot is no longer sent, until it is sent again."""
-        if reason:
-            self._notifier.fault(f"Sending to the robot stopped: {reason}", of="send motion")
+        text = f"Sending to the robot stopped: {reason}"
+        if by_tare:
+            text = f"{text}. Leave the skin untouched and tare again; then arm and send again."
+            again = self._context.actions["tare_again"]
+            self._notifier.say(text, fault=True, remedies=[again], of="send motion")
+        elif reason:
+            self._notifier.fault(text, of="send motion")
         else:
             self._notifier.succeed("send motion")
 
