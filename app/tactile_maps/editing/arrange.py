@@ -30,6 +30,8 @@ _EDGES: dict[Edge, Callable[[FloatArray], FloatArray]] = {
     "bottom": lambda box: box[..., 0, :] * [0, 1],
 }
 EDGES: tuple[Edge, ...] = tuple(_EDGES)
+_NEGLIGIBLE = 1e-9
+"""Steps of packing up to this length [m] are rounding errors."""
 
 
 def move(document: MapDocument, numbers: Iterable[int], by: FloatArray | tuple[float, float]) -> MapDocument:
@@ -97,6 +99,9 @@ def repack(document: MapDocument, numbers: Iterable[int] | None = None) -> MapDo
     Args:
         document: The document.
         numbers: Patches to pack, by default all. Some patches are moved as one block to the nearest free space.
+
+    Returns:
+        The packed document; the same one if all patches keep their places.
     """
     chosen = document.chosen(range(len(document.patches)) if numbers is None else numbers)
     placements = [document.layout.placements[k] for k in chosen]
@@ -114,6 +119,8 @@ def repack(document: MapDocument, numbers: Iterable[int] | None = None) -> MapDo
         boxes = document.map.boxes[chosen] + steps[:, None]
         margin = PACKING_MARGIN * float(np.median(np.ptp(document.map.boxes, axis=1).max(axis=1)))
         steps += _nearest_free(_around(boxes), document.map.boxes[others], before.mean(axis=0), margin)
+    if np.abs(steps).max(initial=0.0) <= _NEGLIGIBLE:
+        return document
     for number, step in zip(chosen, steps, strict=True):
         document = move(document, [number], step)
     return document

@@ -26,7 +26,7 @@ from tactile_widgets.panels.maps.quality_panel import QualityPanel
 from tactile_widgets.tools.registry import ARRANGE, INTEREST, PINS, SEAMS
 from tests.widgets.support.mouse import left_click, left_press, left_release
 from tests.widgets.support.snapshots import pixels
-from tests.widgets.support.window_driver import press_map, run
+from tests.widgets.support.window_driver import click_remedy, press_map, run
 
 
 @pytest.fixture
@@ -186,6 +186,31 @@ def test_patches_are_repacked_hidden_and_shown(window):
     window.action("hide_patches").trigger()
     window.action("show_patches").trigger()
     assert all(patch.visible for patch in window.editor.document.patches)
+
+
+def test_repack_that_moves_nothing_states_why_and_offers_to_arrange_all_patches(window):
+    editor = window.editor
+    arranged = editor.document.layout
+    names = [patch.name for patch in editor.document.patches]
+    editor.do("Move", lambda document: move(document, [0, 1], (3.0, 0.0)))
+    editor.select([0])
+    window.action("repack").trigger()
+    assert editor.history.names == ("Open", "Move")
+    assert window.notification_bar.text == f"{names[0]} stays in place: it overlaps no other patch."
+    editor.select([0, 1])
+    window.action("repack").trigger()
+    assert editor.history.names == ("Open", "Move", "Repack")
+    window.action("repack").trigger()
+    assert editor.history.names == ("Open", "Move", "Repack")
+    assert window.notification_bar.text.startswith("The selected patches stay in place")
+    click_remedy(window, "Repack all")
+    assert editor.history.names == ("Open", "Move", "Repack", "Repack")
+    for placed, before in zip(editor.document.layout.placements, arranged.placements, strict=True):
+        assert placed.offset == pytest.approx(before.offset)
+    editor.select([])
+    window.action("repack").trigger()
+    assert len(editor.history.names) == 4
+    assert window.notification_bar.text == "The patches are already arranged as they are located on the body."
 
 
 def test_map_states_that_all_patches_are_hidden_and_how_to_show_them(window):

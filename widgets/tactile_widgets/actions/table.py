@@ -326,7 +326,13 @@ _MAP_EDITS = (
     ActionSpec("mirror", "Mirror", "Ctrl+M", "Mirror the selected patches horizontally", patches_selected),
     Menu("Align", (*_ALIGN_ACTIONS[:3], LINE, *_ALIGN_ACTIONS[3:])),
     ActionSpec("true_size", "True size", "", "Reset the scale of the selected patches to 1", patches_selected),
-    ActionSpec("repack", "Repack", "Ctrl+Shift+K", "Arrange patches as they are located on the body", editable),
+    ActionSpec(
+        "repack",
+        "Repack",
+        "Ctrl+Shift+K",
+        "Arrange all patches, or those selected, as they are located on the body",
+        editable,
+    ),
     LINE,
     ActionSpec(
         "hide_patches", "Hide patches", "H", "Hide the selected patches; hidden patches keep sensing", patches_selected

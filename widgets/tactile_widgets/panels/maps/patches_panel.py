@@ -99,13 +99,18 @@ class PatchActions(QObject):
         parent: Qt parent.
     """
 
+    repack_unneeded = Signal()
+    """Repacking moved nothing."""
+
     def __init__(self, editor: MapEditor, parent: QWidget) -> None:
         super().__init__(parent)
         self._editor = editor
         self.mirror = self._act("Mirror", "Mirror the selected patches horizontally", mirror)
         self.true_size = self._act("True size", "Draw the selected patches at their true size again", true_size)
         tip = "Arrange all patches, or those selected, as they are located on the body"
-        self.repack = self._act("Repack", tip, _repack)
+        self.repack = make(QAction, "Repack", self, toolTip=tip, triggered=self._on_repack)
+        tip = "Arrange all patches as they are located on the body"
+        self.repack_all = self._act("Repack all", tip, _repack_all, name="Repack")
         show = partial(show_patches, visible=True)
         self._show = self._act("Show", "Show the selected patches", show, name="Show patches")
         hide = partial(show_patches, visible=False)
@@ -162,6 +167,12 @@ class PatchActions(QObject):
         if self._editor.document is not None:
             self._editor.do(name, partial(edit, numbers=self._editor.selected))
 
+    def _on_repack(self) -> None:
+        before = self._editor.document
+        edit = partial(repack, numbers=self._editor.selected or None)
+        if self._editor.do("Repack", edit) and self._editor.document is before:
+            self.repack_unneeded.emit()
+
     def _update_state(self) -> None:
         editor = self._editor
         document = editor.document
@@ -175,13 +186,14 @@ class PatchActions(QObject):
             action.setEnabled(on and len(chosen) > 1)
         self.true_size.setEnabled(on and any(scale != 1 for scale in scales))
         self.repack.setEnabled(on)
+        self.repack_all.setEnabled(on)
         self._show.setEnabled(on and any(not patches[k].visible for k in chosen))
         self.hide.setEnabled(on and any(patches[k].visible for k in chosen))
         self.show_all.setEnabled(on and not all(patch.visible for patch in patches))
 
 
-def _repack(document: MapDocument, numbers: Iterable[int]) -> MapDocument:
-    return repack(document, numbers or None)
+def _repack_all(document: MapDocument, numbers: Iterable[int]) -> MapDocument:
+    return repack(document)
 
 
 def _show_every(document: MapDocument, numbers: Iterable[int]) -> MapDocument:

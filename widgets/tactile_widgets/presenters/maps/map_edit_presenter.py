@@ -83,6 +83,7 @@ class MapEditPresenter(Presenter):
         measurements.map_failed.connect(compare.show_failed)
         for gestures in self._views.interactions:
             gestures.hovered.connect(self._on_hovered)
+        panels.get(PatchesPanel).patch_actions.repack_unneeded.connect(self._on_repack_unneeded)
         panels.get(PatchesPanel).hovered.connect(self._tools.get(ArrangeTool).point_at)
         live.replay.map_changed.connect(self._on_map_changed)
         live.mode_changed.connect(self._on_mode_changed)
@@ -146,6 +147,21 @@ class MapEditPresenter(Presenter):
             self._notifier.say(text, fault=True, remedies=[self._context.actions["repack"]], of="arrange patches")
         else:
             self._notifier.succeed("arrange patches")
+
+    def _on_repack_unneeded(self) -> None:
+        """State why *Repack* moved nothing, and offer to arrange all patches if it was about some of them."""
+        document = self._editor.document
+        assert document is not None
+        patches = document.patches
+        chosen = self._editor.selected
+        text = "The patches are already arranged as they are located on the body."
+        if len(chosen) == 1:
+            text = f"{patches[chosen[0]].name} stays in place: it overlaps no other patch."
+        elif chosen:
+            text = "The selected patches stay in place: they are already arranged and overlap no other patch."
+        some = 0 < len(chosen) < len(patches)
+        repack_all = self._context.panels.get(PatchesPanel).patch_actions.repack_all
+        self._notifier.say(text, remedies=[repack_all] if some else [], of="repack")
 
     def _on_map_changed(self, map_: TactileMap) -> None:
         """Show a recorded edit in a replay, and measure the map with it."""
