@@ -146,6 +146,15 @@ def test_surface_of_an_equal_robot_is_made_again_only_if_the_cover_needs_another
     assert wrapped == [*other.get("links", cover.links)]
 
 
+def test_areas_of_an_equal_robot_are_not_computed_again(monkeypatch):
+    first = cover_candidates(two_rods())
+    monkeypatch.setattr("tactile_maps.skin.fitting.cover._exposed_area", lambda *_of_a_link: 0.0)
+    assert cover_candidates(two_rods()) == first
+    base, upper, frame = two_rods().links
+    larger = replace(upper, mesh=Mesh(2 * upper.mesh.vertices, upper.mesh.faces))
+    assert not any(found.area for found in cover_candidates(replace(two_rods(), links=(base, larger, frame))))
+
+
 def test_candidates_are_all_links_with_the_area_and_the_reason_against_a_cover():
     lost = without_meshes(two_rods(), "upper")
     base, upper, frame = cover_candidates(two_rods())

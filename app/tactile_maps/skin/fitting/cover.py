@@ -526,6 +526,15 @@ def _has_shape(link: Link) -> bool:
     return link.mesh is not None and len(link.mesh.faces) > 0 and not link.missing
 
 
+def _shapes(robot: Robot) -> Iterator[ArrayLike]:
+    configuration = Configuration(robot)
+    for link in robot.links:
+        if link.mesh is not None and _has_shape(link):
+            pose = configuration.pose(link.name)
+            yield from (link.name, link.mesh.vertices, link.mesh.faces, pose.rotation, pose.translation)
+
+
+@content_cache(_shapes, most=4)
 def _link_areas(robot: Robot) -> dict[str, _LinkArea]:
     """Return the areas of each link that has a shape of its own, in robot order, in the home posture."""
     configuration = Configuration(robot)
