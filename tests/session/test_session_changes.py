@@ -439,15 +439,18 @@ def test_learned_map_cannot_be_recorded(tmp_path):
         recorder.write(session.tick(), session.inputs)
 
 
-def other_maps():
-    """Return maps of other skins: more taxels on the same link, another link, one more patch."""
-    (patch,) = bar_skin().patches
-    return [build_map(skin) for skin in (bar_skin(80), Skin((replace(patch, link="tip"),)), Skin((patch, patch)))]
+OTHER_SKINS = {
+    "more taxels": lambda _patch: bar_skin(80),
+    "another link": lambda patch: Skin((replace(patch, link="tip"),)),
+    "one more patch": lambda patch: Skin((patch, patch)),
+}
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("map_", other_maps(), ids=["more taxels", "another link", "one more patch"])
-def test_map_of_another_skin_is_rejected_and_leaves_the_session_unchanged(map_):
+@pytest.mark.parametrize("skin", OTHER_SKINS)
+def test_map_of_another_skin_is_rejected_and_leaves_the_session_unchanged(skin):
+    (patch,) = bar_skin().patches
+    map_ = build_map(OTHER_SKINS[skin](patch))
     session = pressed(ticks=1, settings=ControlSettings(stiffness=40.0))
     other = pressed(ticks=1, settings=ControlSettings(stiffness=40.0))
     before = session.map

@@ -57,8 +57,9 @@ def pytest_pycollect_makeitem(collector, obj):
     return None
 
 
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config, items):
-    """Deselect the cases that the default run omits."""
+    """Deselect the cases that the default run omits, before other plugins visit each case."""
     if everything(config):
         return
     cases = defaultdict(list)

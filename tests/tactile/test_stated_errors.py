@@ -33,7 +33,8 @@ LEAST = 0.1
 """Duration of each scene [s], ticks between compared loads, and the smallest compared force [N]."""
 ROUNDING = 1e-12
 PRESSURES = {"pressure", "readings", "pressure_shape"}
-TOUCHING = [name for name in scene_names() if load_scene(name).unattended.effects.skin != "off"]
+SHIPPED = {name: load_scene(name) for name in scene_names()}
+TOUCHING = [name for name, scene in SHIPPED.items() if scene.unattended.effects.skin != "off"]
 QUICK = ("poke", "slide", "crowded")
 SCENES = [pytest.param(name, marks=() if name in QUICK else pytest.mark.long) for name in TOUCHING]
 
@@ -97,7 +98,7 @@ DRIFTING = {"carry": 0.04}
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("name", [name for name in TOUCHING if "posture" in load_scene(name).effective_outputs])
+@pytest.mark.parametrize("name", [name for name in TOUCHING if "posture" in SHIPPED[name].effective_outputs])
 def test_derived_contact_model_does_not_change_the_posture(name):
     """The error of a task that follows touch, against the most accurate model, or the most accurate one with shear."""
     scene = load_scene(name)
