@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
+import pickle
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
 from PySide6.QtWidgets import QApplication
 
-from tests.widgets.presenters.control.test_control_presenter import click, pixels
+from tactile_maps.editing.arrange import rotate
+from tactile_maps.maps.formats.map_file import map_to_bytes
+from tactile_widgets.dialogs.dialogs import Button
+from tests.widgets.presenters.control.test_control_presenter import click
+from tests.widgets.presenters.files.test_grid_edits import autosave
+from tests.widgets.presenters.test_live_input_presenter import draw_path
 from tests.widgets.presenters.test_skin_presenter import click as click_button
 from tests.widgets.presenters.test_skin_presenter import click_box, counts, panel_of
+from tests.widgets.support.window_driver import answer
 
 pytestmark = pytest.mark.usefixtures("scene_cache")
 
@@ -26,10 +34,10 @@ def window(window_again):
 
 def set_target(window, number):
     """Click the target on the upper arm."""
-    links = [patch.link for patch in window.live.prepared.skin.patches]
+    skin = window.live.prepared.skin
+    places = [place for place in map(skin.taxel_point, range(len(skin))) if skin.link(place) == "upper_arm"]
     window.action("set_target").trigger()
-    _, places = pixels(window, links.index("upper_arm"))
-    click(window.map_view.viewport(), places[number])
+    click(window.map_view.viewport(), window.map_view.pixel_of(places[3 + 15 * number]).toPoint())
 
 
 def apply_skin(window, link):
@@ -183,6 +191,128 @@ def test_change_of_the_skin_that_is_taken_back_by_hand_is_a_step(window):
         do(window, "undo")
     assert "shoulder" not in counts(window)
     np.testing.assert_allclose(place(window)[1], first[1], atol=1e-6)
+
+
+def rotate_patch(window, number):
+    assert window.editor.do("Rotate", partial(rotate, numbers=[number], angle=0.05))
+
+
+def whole(window):
+    """Everything that undo and redo return: skin, settings, and the map to the last byte."""
+    return counts(window), settings(window), map_to_bytes(window.live.run.map)
+
+
+def walk(window, *edits):
+    """Make edits one after another; return the states before and after each."""
+    states = [whole(window)]
+    for edit in edits:
+        last = window.presenters.tools.undo_stack.undo_step
+        edit()
+        QApplication.processEvents()
+        assert window.presenters.tools.undo_stack.undo_step is not last
+        states.append(whole(window))
+    return states
+
+
+def undo_and_redo_all(window, states):
+    """Require that undo and redo of all edits return each state."""
+    for expected in reversed(states[:-1]):
+        do(window, "undo")
+        assert whole(window) == expected
+    assert not window.action("undo").isEnabled()
+    for expected in states[1:]:
+        do(window, "redo")
+        assert whole(window) == expected
+    assert not window.action("redo").isEnabled()
+
+
+@pytest.fixture
+def edits(window):
+    """Edits by name: two changes of the skin, the second of which returns to the first skin, and others."""
+    control = window.presenters.control_tools.settings_editor
+    posture = window.presenters.posture.editor
+    links = [patch.link for patch in window.live.prepared.skin.patches]
+    return {
+        "skin": partial(apply_skin, window, "shoulder"),
+        "map": partial(rotate_patch, window, links.index("upper_arm")),
+        "target": partial(set_target, window, 0),
+        "other target": partial(set_target, window, 2),
+        "force": lambda: control.do("set the force", force_goal=control.settings.force_goal + 1.0),
+        "controller": lambda: control.do("choose", controller="admittance"),
+        "path": lambda: draw_path(window, (5, 12, 20)),
+        "posture": lambda: posture.do("move", posture.target + 0.05),
+    }
+
+
+MAP_EDITS = ("map", "map", "skin", "map", "skin", "map")
+SEVERAL = ("target", "map", "posture", "skin", "map", "other target", "skin", "force", "map")
+LONGER = ("path", "map", "skin", "force", "map", "skin", "map", "controller", "skin", "map", "target", "skin", "map")
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        SEVERAL,
+        pytest.param(MAP_EDITS, marks=pytest.mark.long),
+        pytest.param(LONGER, marks=pytest.mark.long),
+    ],
+)
+def test_skin_that_is_chosen_again_has_edits_of_its_own(window, edits, names):
+    """Edits of a skin, of another one and of the first one again belong to different steps."""
+    states = walk(window, *(edits[name] for name in names))
+    undo_and_redo_all(window, states)
+    undo_and_redo_all(window, states)
+
+
+def test_edit_in_the_middle_replaces_the_steps_after_it(window, edits):
+    states = walk(window, *(edits[name] for name in ("map", "skin", "map", "map", "skin", "map")))
+    for _ in range(3):
+        do(window, "undo")
+    assert whole(window) == states[3]
+    after = walk(window, *(edits[name] for name in ("force", "map", "skin", "map")))
+    assert "shoulder" not in counts(window)
+    undo_and_redo_all(window, [*states[:3], *after])
+
+
+@pytest.mark.long
+def test_history_reaches_each_step_of_the_same_skin(window, edits):
+    states = walk(window, *(edits[name] for name in ("map", "skin", "map", "skin", "map")))
+    skins = window.presenters.tools.skin_steps
+    skins.go(-2)
+    QApplication.processEvents()
+    assert whole(window) == states[0]
+    for expected in states[1:]:
+        do(window, "redo")
+        assert whole(window) == expected
+    skins.go(-1)
+    skins.go(1)
+    QApplication.processEvents()
+    assert whole(window) == states[4]
+
+
+def test_edits_are_restored_although_their_skin_was_shown_again_since(window, prepared, edits):
+    walk(window, edits["skin"], edits["map"], edits["map"])
+    lost = whole(window)
+    autosave(window)
+    window.live.show_prepared(pickle.loads(pickle.dumps(prepared)))  # as another start of the program does
+    states = walk(window, edits["map"], edits["skin"], edits["map"])
+    for _ in range(2):
+        do(window, "undo")
+    window.action("restore_map").trigger()
+    answer(window, Button.Yes, "restore")
+    assert whole(window)[2] == lost[2]
+    assert window.presenters.map_files.unsaved[:2] == ("map", "skin")
+    do(window, "undo")
+    assert whole(window) == states[1]
+
+
+def test_scene_that_is_opened_again_has_no_steps(window, edits, tmp_path):
+    walk(window, edits["skin"])
+    file = tmp_path / "own.toml"
+    window.presenters.scene_file.save(str(file))
+    window.presenters.files.open_path(str(file))
+    assert "shoulder" in counts(window)
+    assert offered(window) == (False, False)
 
 
 def test_another_scene_forgets_the_steps(window, prepared):

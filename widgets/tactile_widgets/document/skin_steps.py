@@ -1,15 +1,26 @@
-"""Undo and redo of changes of the skin: taxel grids, and covers on other links or with other taxels."""
+"""Undo and redo of changes of the skin: taxel grids, and covers on other links or with other taxels.
+
+Each step has a document of its own, also one that returns to an earlier skin.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 from PySide6.QtCore import QObject, Signal
 
 from tactile_maps.editing.document import MapDocument
-from tactile_maps.editing.history import NO_STEP, Step
+from tactile_maps.editing.document_file import DocumentFile
+from tactile_maps.editing.history import NO_STEP, History, Step
+from tactile_maps.maps.model.tactile_map import TactileMap
+from tactile_maps.scene.effects import Override
 from tactile_maps.scene.scene import Scene
+from tactile_maps.session.prepare import PreparedScene
+from tactile_maps.session.runtime_settings import RuntimeSettings
 from tactile_widgets.document.map_editor import MapEditor
+from tactile_widgets.document.step_list import Change
 
 _FIRST = "Open"
 
@@ -20,12 +31,62 @@ def have_same_skin(first: Scene, second: Scene) -> bool:
     return all(getattr(first, name) == getattr(second, name) for name in parts)
 
 
+ControlStep = Change[dict[str, Any]]
+
+
+@dataclass(frozen=True, eq=False)
+class StepsOnSkin:
+    """Steps of the controller settings when the skin was changed, with their values on the map that it had.
+
+    Attributes:
+        map: The map; of a skin that was not shown before, the map that it will have.
+        steps: Steps by number, also undone ones.
+        done: Numbers of those that were not undone, oldest first.
+    """
+
+    map: TactileMap
+    steps: Mapping[int, ControlStep] = field(default_factory=dict)
+    done: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class KeptDocument:
+    """A scene before or after a change of the skin, and its document.
+
+    Attributes:
+        prepared: The scene.
+        settings: Its settings.
+        control: Steps of these settings.
+        overrides: Effects that were chosen in it.
+        history: The document with its steps.
+        file: The file of the document.
+        first: The document without edits.
+        new_skin: Whether its skin is in no file.
+    """
+
+    prepared: PreparedScene
+    settings: RuntimeSettings
+    control: StepsOnSkin
+    overrides: Mapping[str, Override]
+    history: History
+    file: DocumentFile
+    first: MapDocument
+    new_skin: bool
+
+
 @dataclass(frozen=True, eq=False)
 class _SkinStep(Step):
-    """The step that led to a scene, and the document of that scene at the time of the next step."""
+    """The step that led to a scene.
+
+    Attributes:
+        scene: The scene.
+        document: The map of that scene from which the next step was made; None without a next step.
+        kept: The scene and its document when it was shown last; None until another scene is requested.
+    """
 
     scene: Scene
     document: MapDocument | None = None
+    kept: KeptDocument | None = None
 
 
 class SkinSteps(QObject):
@@ -99,15 +160,10 @@ class SkinSteps(QObject):
     def push(self, name: str, before: Scene, after: Scene) -> None:
         """Add the step ``name`` from scene ``before`` to scene ``after`` and request to open ``after``."""
         self.cancel()
-        kept = self._steps[: self._at + 1] or [_SkinStep(_FIRST, before, number=0)]
-        self._steps = [*kept, _SkinStep(name, after)]
-        self._keep_document()
-        self._request(len(kept), from_start=True)
+        done = self._steps[: self._at + 1] or [_SkinStep(_FIRST, before, number=0)]
+        self._steps = [*done, _SkinStep(name, after)]
+        self._request(len(done), from_start=True)
         self._is_new = self.pending
-
-    def _keep_document(self) -> None:
-        if self._editor is not None:
-            self._steps[self._at] = replace(self._steps[self._at], document=self._editor.document)
 
     @property
     def names_before(self) -> tuple[str, ...]:
@@ -138,32 +194,53 @@ class SkinSteps(QObject):
             self.cancel()
             self._request(self._at + steps, from_start=True)
 
-    def note_edits(self) -> None:
-        """Note that the map was edited while the requested scene was being opened, before that is shown."""
-        if self._requested > self._at:
-            self._keep_document()
+    # The documents.
 
-    def show_scene(self, scene: Scene) -> None:
-        """Find the opened scene among the steps, the requested one first; another scene discards them."""
-        found = [number for number, step in enumerate(self._steps) if have_same_skin(step.scene, scene)]
-        at = self._requested if self._requested in found else next(iter(found), None)
-        if at is None:
-            self._steps = []
-        elif self._is_new and at == self._requested:
-            step = self._steps[at]
-            self._steps[at] = _SkinStep(step.name, step.scene, step.document)  # follows edits made while it was opened
-        self._is_new = False
-        self._at = at or 0
-        self._requested = self._at  # which may have failed to open
+    @property
+    def before(self) -> KeptDocument | None:
+        """The document that is shown, as it was kept last; None before the first step."""
+        return self._steps[self._at].kept if self._steps else None
+
+    @property
+    def after(self) -> KeptDocument | None:
+        """The document of the requested scene; None if that was not shown before."""
+        return self._steps[self._requested].kept if self._steps else None
+
+    def keep(self, document: KeptDocument) -> None:
+        """Keep the document that is shown; a scene that was not shown before follows from its present map."""
+        step = replace(self._steps[self._at], kept=document)
+        self._steps[self._at] = replace(step, document=document.history.present) if self.after is None else step
         self.changed.emit()
+
+    def expects(self, scene: Scene) -> bool:
+        """Whether this is the requested scene, until ``show_requested``."""
+        return self.pending and have_same_skin(self._steps[self._requested].scene, scene)
+
+    def show_requested(self) -> None:
+        """Note that the requested scene is shown; a new step then follows the edits made while it was opened."""
+        at = self._at = self._requested
+        if self._is_new:
+            self._steps[at] = _SkinStep(self._steps[at].name, self._steps[at].scene)
+        self._is_new = False
+        self.changed.emit()
+
+    def stop(self) -> None:
+        """Note that the requested scene is not opened."""
+        self._requested = self._at
+        self._is_new = False
+        self.changed.emit()
+
+    def reset(self) -> None:
+        """Discard all steps, because another scene is shown."""
+        self._steps = []
+        self._at = 0
+        self.stop()
 
     def cancel(self) -> None:
         """Stop opening the requested scene, or any other."""
         name = self.undo_step.name if self.pending else ""
-        self._requested = self._at
-        self._is_new = False
+        self.stop()
         self.cancel_requested.emit(name)
-        self.changed.emit()
 
     def _request(self, number: int, *, from_start: bool) -> None:
         self._requested = number

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from tactile_maps.control.motion.command import ControlSettings
-from tactile_widgets.tools.control.control_settings_editor import MOST_STEPS, NO_STEPS, ControlUndoStack
+from tactile_widgets.document.skin_steps import StepsOnSkin
+from tactile_widgets.tools.control.control_settings_editor import MOST_STEPS, ControlUndoStack
 
 FIRST = ControlSettings()
 PATH = replace(FIRST, controller="hybrid", task="follow_path", path=((0.0, 0.0), (0.1, 0.0)))
@@ -94,9 +95,9 @@ def unchanged(kind, path):
     return kind, path
 
 
-def test_skin_shown_again_has_its_settings_without_steps_undone_since():
+def test_skin_shown_again_has_its_settings_without_steps_undone_since(prepared):
     steps = drawn()
-    left = steps.leave_skin()
+    left = steps.leave_skin(prepared.map)
     assert steps.settings_on_skin(left, LONGER, unchanged) == LONGER
     steps.undo(LONGER)
     assert steps.settings_on_skin(left, LONGER, unchanged) == PATH
@@ -104,20 +105,29 @@ def test_skin_shown_again_has_its_settings_without_steps_undone_since():
     assert steps.settings_on_skin(left, LONGER, unchanged) == replace(PATH, force_goal=4.0)
 
 
-def test_steps_made_on_another_skin_are_carried_to_the_skin_shown_again():
+def test_steps_made_on_another_skin_are_carried_to_the_skin_shown_again(prepared):
     steps = drawn()
     other = ((0.5, 0.5),)
-    assert steps.settings_on_skin(NO_STEPS, FIRST, lambda kind, _path: (kind, other)) == replace(LONGER, path=other)
-    steps.enter_skin(NO_STEPS, "polyline", lambda kind, path: (kind, other if path else ()))
+    assert steps.settings_on_skin(StepsOnSkin(prepared.map), FIRST, lambda kind, _path: (kind, other)) == replace(
+        LONGER, path=other
+    )
+    steps.enter_skin(StepsOnSkin(prepared.map), "polyline", lambda kind, path: (kind, other if path else ()))
     assert steps.undo(LONGER).path == other
     assert steps.undo(LONGER).path == ()
 
 
-def test_steps_discarded_as_the_oldest_are_not_undone_on_a_skin_shown_again():
+def test_steps_discarded_as_the_oldest_are_not_undone_on_a_skin_shown_again(prepared):
     steps = drawn()
-    left = steps.leave_skin()
+    left = steps.leave_skin(prepared.map)
     now = LONGER
     for number in range(MOST_STEPS):
         now, before = replace(now, force_goal=float(number + 1)), now
         steps.done(f"{number}", before, now)
     assert steps.settings_on_skin(left, LONGER, unchanged) == now
+
+
+def test_forgotten_steps_are_not_undone_on_a_skin_shown_again(prepared):
+    steps = drawn()
+    left = steps.leave_skin(prepared.map)
+    steps.reset()
+    assert steps.settings_on_skin(left, LONGER, unchanged) == LONGER

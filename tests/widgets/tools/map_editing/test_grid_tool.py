@@ -105,7 +105,8 @@ def test_undo_steps_are_scenes():
     steps.cancel_requested.connect(cancelled.append)
 
     def opened():
-        steps.show_scene(shown[-1])
+        assert steps.expects(shown[-1])
+        steps.show_requested()
 
     steps.push("Taxel grid", one, two)
     assert (steps.pending, steps.can_redo, steps.undo_step.name) == (True, False, "Taxel grid")
@@ -131,9 +132,9 @@ def test_undo_steps_are_scenes():
     assert shown[6:] == [three, one]
     assert (steps.names_before, steps.names_after) == ((), ("Taxel grid", "Skin"))
     steps.redo()
-    steps.show_scene(one)  # the one requested last did not open
+    steps.stop()  # the one requested last did not open
     assert (steps.can_undo, steps.redo_step.name) == (False, "Taxel grid")
-    steps.show_scene(scene_for("d.urdf"))
+    steps.reset()
     assert (steps.can_undo, steps.can_redo) == (False, False)
 
 

@@ -21,7 +21,6 @@ from tactile_widgets.common.mode import Mode
 from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.context.presenter import Presenter
 from tactile_widgets.panels.control.controller_panel import ControllerPanel
-from tactile_widgets.presenters.maps.map_file_presenter import MapFilePresenter
 from tactile_widgets.session.session_run import SessionRun
 from tactile_widgets.tools.control.control_tool import ForceHandle
 from tactile_widgets.tools.registry import Tools
@@ -33,15 +32,13 @@ class ControlToolsPresenter(Presenter):
     Args:
         context: Session, views, panels and services of the window.
         tools: Tools of the views.
-        files: File of the map.
         parent: Window over which dialogs open.
     """
 
-    def __init__(self, context: AppContext, tools: Tools, files: MapFilePresenter, parent: QWidget) -> None:
+    def __init__(self, context: AppContext, tools: Tools, parent: QWidget) -> None:
         super().__init__(context, parent)
         self.settings_editor = tools.control
         self._tools = tools
-        self._files = files
         self._run: SessionRun | None = None
         self._offered = False
         self._force = ForceHandle(tools.control)
@@ -81,7 +78,7 @@ class ControlToolsPresenter(Presenter):
         if self._session.run is not self._run:
             self._run = self._session.run
             self._offered = False
-            if not self._files.expects(prepared):
+            if not self._tools.skin_steps.expects(prepared.scene):
                 self.settings_editor.forget_steps()
 
     def _choose_shape(self, kind: PathKind) -> None:

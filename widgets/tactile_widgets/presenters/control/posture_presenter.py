@@ -17,7 +17,6 @@ from tactile_widgets.common.mode import Mode
 from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.context.presenter import Presenter
 from tactile_widgets.panels.control.posture_panel import PosturePanel
-from tactile_widgets.presenters.maps.map_file_presenter import MapFilePresenter
 from tactile_widgets.tools.registry import Tools
 
 
@@ -27,14 +26,13 @@ class PosturePresenter(Presenter):
     Args:
         context: Session, views, panels and services of the window.
         tools: Tools of the views.
-        files: File of the map.
         parent: Window over which dialogs open.
     """
 
-    def __init__(self, context: AppContext, tools: Tools, files: MapFilePresenter, parent: QWidget) -> None:
+    def __init__(self, context: AppContext, tools: Tools, parent: QWidget) -> None:
         super().__init__(context, parent)
         self.editor = tools.posture
-        self._files = files
+        self._skin_steps = tools.skin_steps
         self._refused: FloatArray | None = None
         session = context.session
         editor = self.editor
@@ -62,7 +60,7 @@ class PosturePresenter(Presenter):
     # The session.
 
     def _on_prepared_changed(self, prepared: PreparedScene) -> None:
-        self.editor.show_prepared(prepared, other_skin=self._files.expects(prepared))
+        self.editor.show_prepared(prepared, other_skin=self._skin_steps.expects(prepared.scene))
         self._on_mode_changed()
 
     def _on_mode_changed(self, *_changed: object) -> None:

@@ -58,8 +58,8 @@ class ArrivalPresenter(Presenter):
         self.close()
         if scene is None:
             show()
-        elif self._map_files.keep_settings(scene):
-            self._skin_steps.note_edits()
+        elif self._skin_steps.expects(scene):
+            self._map_files.keep_document()
             show()
         else:
             self._map_files.leave_again(show, self._session.cancel_loading)

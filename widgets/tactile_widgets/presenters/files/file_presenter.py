@@ -286,7 +286,6 @@ class FilePresenter(Presenter):
         if running is None or have_same_skin(placed, running.prepared.scene):  # the content of a file may have changed
             self.open_scene(placed, recent=paths[-1])
         else:
-            self._map_files.forget_skin(placed)
             self._imported = paths[-1]
             self._skin_steps.push("Import taxels", running.prepared.scene, placed)
 
@@ -346,7 +345,6 @@ class FilePresenter(Presenter):
             covered = [patch.link for patch in prepared.skin.patches if not is_grid_patch(patch)]
             scene = prepared.scene if self._effects.scene is None else self._effects.scene
             placed = with_grid(scene, replace(grid, axes=scene.cover.axes), covered)
-            self._map_files.forget_skin(placed)
             self._skin_steps.push("Taxel grid", prepared.scene, placed)
             if grid.link in covered and not prepared.scene.taxel_files:
                 self._notifier.say(f"The grid replaces the cover of {grid.link}; Undo brings it back", of="change skin")
@@ -361,20 +359,19 @@ class FilePresenter(Presenter):
         """Show the scene before or after a change of the skin; no question, because the current document is kept."""
         session = self._session
         if session.live_input is not None:
-            self._skin_steps.show_scene(session.live_input.origin.scene)
+            self._skin_steps.stop()
             self._notifier.fault(
                 "The skin cannot be changed while it is connected to a source. Disconnect first.", of="change skin"
             )
             return
-        rooted = with_package_roots(scene, self._context.settings.package_roots)
-        self._map_files.expect_skin(rooted, self._skin_steps.requested_name, from_start=self._skin_steps.from_start)
+        self._map_files.keep_document()
         self._opening = self._imported
         self._imported = None
-        kept = self._map_files.kept(rooted)
+        kept = self._skin_steps.after
         if kept is None:
-            session.open_scene(rooted)
+            session.open_scene(with_package_roots(scene, self._context.settings.package_roots))
         else:
-            settings = self._control.settings_on(kept.settings.map, kept.settings.settings)
+            settings = self._control.settings_on(kept.control, kept.settings.settings)
             if not session.show_prepared(kept.prepared, replace(kept.settings, settings=settings)):
                 self._on_opening_stopped()
 
@@ -394,13 +391,10 @@ class FilePresenter(Presenter):
             text = f"The opening of {subject} was cancelled, because the skin is being changed."
             self._notifier.say(text, remedies=[self._reopen], of="open again", lasting=True)
 
-    def _on_prepared_changed(self, prepared: PreparedScene) -> None:
+    def _on_prepared_changed(self, _prepared: PreparedScene) -> None:
         """Add the opened file to the recent files."""
-        session = self._session
-        if session.opening:
+        if self._session.opening:
             return  # what is shown was restarted meanwhile
-        if session.replay.player is None and session.live_input is None:  # neither hides a scene with its grids
-            self._skin_steps.show_scene(prepared.scene)
         if self._opening is not None:
             self._context.settings.add_recent(self._opening)
             self._context.dialogs.remember_opened(self._opening)
@@ -409,10 +403,7 @@ class FilePresenter(Presenter):
     def _on_opening_stopped(self) -> None:
         self._opening = None
         self._scene_file.expect(None)
-        self._map_files.expect_skin(None)
-        session = self._session
-        if session.run is not None and session.replay.player is None and session.live_input is None:
-            self._skin_steps.show_scene(session.run.prepared.scene)
+        self._map_files.stop_skin()
 
     def _choose(self, title: str, kinds: str) -> None:
         path = self._context.dialogs.open_file(title, kinds)

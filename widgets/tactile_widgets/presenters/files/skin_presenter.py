@@ -330,7 +330,6 @@ class SkinPresenter(Presenter):
         prepared = self._session.prepared
         if prepared is not None:
             self.preview.cancel()
-            self._map_files.forget_skin(scene)
             self._steps.push(name, prepared.scene, scene)
 
     # Single links.

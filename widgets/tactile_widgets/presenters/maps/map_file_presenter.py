@@ -25,7 +25,6 @@ from tactile_maps.core.file_kinds import FileKind
 from tactile_maps.core.files import FolderClaim, claim_folder, try_writing
 from tactile_maps.editing.document import MapDocument
 from tactile_maps.editing.document_file import AUTOSAVE_NAME, DocumentFile, load_document
-from tactile_maps.editing.history import History
 from tactile_maps.editing.layout_import import (
     adopt_document,
     adopt_edits,
@@ -53,10 +52,11 @@ from tactile_widgets.common.settings import Question
 from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.context.presenter import Presenter
 from tactile_widgets.dialogs.dialogs import Button
-from tactile_widgets.document.skin_steps import have_same_skin
+from tactile_widgets.document.skin_steps import KeptDocument, StepsOnSkin, have_same_skin
 from tactile_widgets.jobs.later import call_later
 from tactile_widgets.presenters.maps.scene_file_presenter import SceneFilePresenter, map_file_of, path_name
 from tactile_widgets.tools.control.carried_paths import path_on_skin
+from tactile_widgets.tools.registry import Tools
 
 AUTOSAVE_MS = 20_000
 _LOST = {"path": "the drawn path", "target": "the target"}
@@ -100,29 +100,6 @@ class UnopenedChoice:
 
 
 @dataclass(frozen=True, eq=False)
-class KeptDocument:
-    """A scene before or after a change of the skin, and its document.
-
-    Attributes:
-        prepared: The scene.
-        settings: Its settings.
-        overrides: Effects that were chosen in it.
-        history: The document with its steps.
-        file: The file of the document.
-        first: The document without edits.
-        new_skin: Whether its skin is in no file.
-    """
-
-    prepared: PreparedScene
-    settings: RuntimeSettings
-    overrides: Mapping[str, Override]
-    history: History
-    file: DocumentFile
-    first: MapDocument
-    new_skin: bool
-
-
-@dataclass(frozen=True, eq=False)
 class _Discarded:
     """Work that the user discarded before something else is opened."""
 
@@ -141,6 +118,7 @@ class MapFilePresenter(Presenter):
     Args:
         context: Session, views, panels and services of the window.
         scene_file: File of the scene.
+        tools: Tools, with the steps of skin and controller settings.
         parent: Window over which dialogs open.
 
     Attributes:
@@ -160,19 +138,17 @@ class MapFilePresenter(Presenter):
     apply_requested = Signal()
     """Apply the chosen skin, because it is being saved."""
 
-    def __init__(self, context: AppContext, scene_file: SceneFilePresenter, parent: QWidget) -> None:
+    def __init__(self, context: AppContext, scene_file: SceneFilePresenter, tools: Tools, parent: QWidget) -> None:
         super().__init__(context, parent)
         self._editor = context.editor
         self._scene = scene_file
+        self._steps = tools.skin_steps
+        self._control = tools.control
         self._file: DocumentFile | None = None
         self._claim: FolderClaim | None = None
         self._leftovers: list[Leftover] = []
         self._restoring: Leftover | None = None  # its scene is being opened
-        self._next_name = ""
-        self._next: Scene | None = None  # the scene that is shown, with another skin
-        self._from_start = False
-        self._saves_next: Callable[[], None] | None = None  # called once that scene is shown
-        self._kept: list[KeptDocument] = []
+        self._saves_next: Callable[[], None] | None = None  # called once the requested skin is shown
         self._first: MapDocument | None = None
         self._new_skin = False  # the skin is in no file
         self._chosen: Scene | None = None  # the user chose the skin of this scene, which is being opened
@@ -241,7 +217,7 @@ class MapFilePresenter(Presenter):
     @property
     def _preparing_skin(self) -> bool:
         """Whether a skin is being prepared that the user has chosen now."""
-        return self._next is not None and self.kept(self._next) is None
+        return self._steps.pending and self._steps.after is None
 
     @property
     def _changed(self) -> tuple[str, ...]:
@@ -296,10 +272,9 @@ class MapFilePresenter(Presenter):
         self._unopened = None
         self._new_skin = False
         self._file = None
-        self._next = None
         self._saves_next = None
         self._restoring = None
-        self._kept.clear()
+        self._steps.reset()
         self._release_leftovers()
         if self._claim is not None:
             self._claim.release()
@@ -364,32 +339,26 @@ class MapFilePresenter(Presenter):
     def _folder(self) -> Path | None:
         return None if self._claim is None else self._claim.folder
 
-    def expect_skin(self, scene: Scene | None, name: str = "", *, from_start: bool = False) -> None:
-        """Expect a scene with another skin; None where it could not be opened.
-
-        The document that is shown is kept for undo and redo.
-
-        Args:
-            scene: The scene.
-            name: Name of the step.
-            from_start: Whether a document of this skin that is kept is shown without its edits, which can be redone.
-        """
+    def keep_document(self) -> None:
+        """Keep the document that is shown for undo and redo, before the requested skin is opened or shown."""
         run = self._session.run
         history = self._editor.history
         file = self._file
-        if scene is None and self._restoring is not None:
+        if run is None or history is None or file is None:
+            return
+        assert self._first is not None
+        control = self._control.leave_skin()
+        kept = (run.prepared, run.settings, control, self._overrides, history, file, self._first, self._new_skin)
+        self._steps.keep(KeptDocument(*kept))
+        self.changed.emit()
+
+    def stop_skin(self) -> None:
+        """Continue with the document that is shown, because the requested skin is not opened."""
+        self._steps.stop()
+        self._saves_next = None
+        if self._restoring is not None:
             self._restoring = None
             self._offer()
-        elif scene is not None and run is not None and history is not None and file is not None:
-            assert self._first is not None
-            self._kept = [one for one in self._kept if one.prepared is not run.prepared]
-            self._kept.append(
-                KeptDocument(run.prepared, run.settings, self._overrides, history, file, self._first, self._new_skin)
-            )
-        self._next = scene
-        self._next_name = name
-        self._from_start = from_start
-        self._saves_next = None
         self.changed.emit()
 
     @property
@@ -397,14 +366,6 @@ class MapFilePresenter(Presenter):
         """Effects that the user chose in the scene that runs."""
         scene = self._scene.scene
         return {} if scene is None else scene.overrides
-
-    def keep_settings(self, scene: Scene) -> bool:
-        """Keep the settings made while the expected scene was prepared. Return False for another scene."""
-        run = self._session.run
-        if self._next is None or run is None or not have_same_skin(self._next, scene):
-            return False
-        self._kept[-1] = replace(self._kept[-1], settings=run.settings, overrides=self._overrides)
-        return True
 
     @property
     def opening_chosen(self) -> bool:
@@ -415,33 +376,22 @@ class MapFilePresenter(Presenter):
         """Expect a scene whose skin the user chose, so that no file contains it; None for any other scene."""
         self._chosen = scene
 
-    def forget_skin(self, scene: Scene) -> None:
-        """Forget the document of a scene whose skin is made again."""
-        self._kept = [one for one in self._kept if not have_same_skin(one.prepared.scene, scene)]
-
-    def kept(self, scene: Scene) -> KeptDocument | None:
-        """Return the document of a scene before or after a change of the skin; None without one."""
-        return next((one for one in self._kept if have_same_skin(one.prepared.scene, scene)), None)
-
-    def expects(self, prepared: PreparedScene) -> bool:
-        """Whether this is the scene whose skin was expected, until ``show_skin`` shows it."""
-        return self._next is not None and have_same_skin(self._next, prepared.scene)
-
     def show_skin(self, prepared: PreparedScene) -> bool:
-        """Show the document of the scene that was expected. Return False for another scene."""
+        """Show the document of the requested skin. Return False for another scene."""
         run = self._session.run
-        if run is None or not self.expects(prepared):
+        before = self._steps.before
+        if run is None or before is None or not self._steps.expects(prepared.scene):
             return False
-        before = self._kept[-1]
-        kept = self.kept(prepared.scene)
+        kept = self._steps.after
         self._session.keep_pause()
-        self._next = None
         self._wait()
-        if kept is not None and kept.prepared is prepared:
+        self._steps.show_requested()
+        if kept is not None:
             self._note_path(before.settings.settings, run.settings.settings)
             self._file = None
-            if self._from_start:
+            if self._steps.from_start:
                 kept.history.go(0)
+            self._control.enter_skin(kept.control)
             self._editor.resume(kept.history)
             self._file = kept.file
             self._first = kept.first
@@ -464,7 +414,8 @@ class MapFilePresenter(Presenter):
         self._file = None
         if restoring is not None and same_skin(first.skin, restoring.document.skin):
             document = adopt_document(first, restoring.document)
-        self._editor.open(document, name=self._next_name)
+        self._control.enter_skin(StepsOnSkin(document.map))
+        self._editor.open(document, name=self._steps.requested_name)
         self._keep_settings(before, document, prepared.scene, lost)
         self._first = first
         self._file = DocumentFile(None, None, folder=self._folder)

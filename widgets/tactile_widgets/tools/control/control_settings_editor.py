@@ -7,20 +7,20 @@ the controller panel in the meantime.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 from functools import partial
 from typing import Any, TypedDict, Unpack
-from weakref import WeakKeyDictionary
 
 from PySide6.QtCore import QObject, Signal
 
 from tactile_maps.control.controller_registry import has_task
 from tactile_maps.control.motion.command import ControlSettings, TaskName
+from tactile_maps.editing.history import Step
 from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.maps.path_on_body import Points
 from tactile_maps.maps.paths import PathKind
-from tactile_maps.skin.model.skin import Skin
-from tactile_widgets.document.step_list import Change, StepList
+from tactile_widgets.document.skin_steps import ControlStep, StepsOnSkin
+from tactile_widgets.document.step_list import StepList
 from tactile_widgets.tools.control.carried_paths import CarriedPaths, path_on_skin
 from tactile_widgets.tools.control.drawn_path import DrawnPath
 
@@ -41,7 +41,6 @@ def _values(settings: ControlSettings, names: Sequence[str]) -> dict[str, Any]:
     return {name: getattr(settings, name) for name in names}
 
 
-ControlStep = Change[dict[str, Any]]
 Carry = Callable[[PathKind, Points], tuple[PathKind, Points]]
 """Returns kind and points of a path on another map."""
 
@@ -55,22 +54,6 @@ def _with_path(values: dict[str, Any], kind: PathKind, carry: Carry) -> dict[str
     return {**values, "path": path, **({} if carried == kind else {"path_kind": carried})}
 
 
-@dataclass(frozen=True, eq=False)
-class StepsOnSkin:
-    """The steps when the skin was changed, with their values on the map that it had.
-
-    Attributes:
-        steps: Steps by number, also undone ones.
-        done: Numbers of those that were not undone, oldest first.
-    """
-
-    steps: dict[int, ControlStep]
-    done: tuple[int, ...] = ()
-
-
-NO_STEPS = StepsOnSkin({})
-
-
 def _carried(step: ControlStep, kind: PathKind, carry: Carry) -> ControlStep:
     return replace(step, before=_with_path(step.before, kind, carry), after=_with_path(step.after, kind, carry))
 
@@ -80,6 +63,11 @@ class ControlUndoStack(StepList[dict[str, Any]]):
 
     def __init__(self) -> None:
         super().__init__(MOST_STEPS)
+        self._oldest = 0  # steps with lower numbers were discarded
+
+    def reset(self) -> None:
+        super().reset()
+        self._oldest = Step("").number
 
     def done(self, name: str, before: ControlSettings, after: ControlSettings, *, extend: bool = False) -> None:
         """Add a step unless nothing changed; undone steps are discarded.
@@ -104,9 +92,10 @@ class ControlUndoStack(StepList[dict[str, Any]]):
         """
         self._steps = [_carried(step, kind, carry) for step in self._steps]
 
-    def leave_skin(self) -> StepsOnSkin:
-        """Return the steps with their values on the current skin."""
-        return StepsOnSkin({step.number: step for step in self._steps}, tuple(one.number for one in self.done_steps))
+    def leave_skin(self, map_: TactileMap) -> StepsOnSkin:
+        """Return the steps with their values on the current map."""
+        numbers = tuple(step.number for step in self.done_steps)
+        return StepsOnSkin(map_, {step.number: step for step in self._steps}, numbers)
 
     def enter_skin(self, left: StepsOnSkin, kind: PathKind, carry: Carry) -> None:
         """Replace the values of the steps by those on another skin.
@@ -128,7 +117,7 @@ class ControlUndoStack(StepList[dict[str, Any]]):
         """
         done = self.done_steps
         still_done = {step.number for step in done}
-        oldest = self._steps[0].number if len(self._steps) == MOST_STEPS else 0
+        oldest = self._steps[0].number if len(self._steps) == MOST_STEPS else self._oldest
         for number in reversed(left.done):
             if number >= oldest and number not in still_done:
                 settings = replace(settings, **left.steps[number].before)
@@ -183,7 +172,6 @@ class ControlSettingsEditor(QObject):
         self.steps = ControlUndoStack()
         self._before = ControlSettings()
         self._carried = CarriedPaths()
-        self._left = WeakKeyDictionary[TactileMap, StepsOnSkin]()
 
     @property
     def path(self) -> DrawnPath | None:
@@ -200,28 +188,28 @@ class ControlSettingsEditor(QObject):
         self.changed.emit()
 
     def show_map(self, map_: TactileMap) -> None:
-        """Set the map on which the user draws; on another skin, the steps keep their places on the body."""
-        if self.map is not None and map_.skin is not self.map.skin:
-            steps = self.steps.leave_skin()
-            after, left = self._left_on(map_.skin) or (map_, NO_STEPS)
-            self.steps.enter_skin(left, self.settings.path_kind, self._to_skin(after))
-            self._left[self.map] = steps
+        """Set the map on which the user draws."""
         self.map = map_
         self.changed.emit()
 
-    def settings_on(self, map_: TactileMap, settings: ControlSettings) -> ControlSettings:
+    def leave_skin(self) -> StepsOnSkin:
+        """Return the steps with their values on the current map."""
+        assert self.map is not None
+        return self.steps.leave_skin(self.map)
+
+    def enter_skin(self, left: StepsOnSkin) -> None:
+        """Set another skin, on which the steps keep their places on the body; ``left`` has those known there."""
+        self.steps.enter_skin(left, self.settings.path_kind, self._to_skin(left.map))
+        self.map = left.map
+
+    def settings_on(self, left: StepsOnSkin, settings: ControlSettings) -> ControlSettings:
         """Return the settings with which an earlier skin is shown again.
 
         Args:
-            map_: Map of that skin when it was left.
+            left: The steps when that skin was left.
             settings: Settings when it was left; steps that were undone or made since change them.
         """
-        known = self._left_on(map_.skin)
-        return settings if known is None else self.steps.settings_on_skin(known[1], settings, self._to_skin(map_))
-
-    def _left_on(self, skin: Skin) -> tuple[TactileMap, StepsOnSkin] | None:
-        """Return the last map of an earlier skin, and the steps on it."""
-        return next(((map_, steps) for map_, steps in [*self._left.items()][::-1] if map_.skin is skin), None)
+        return self.steps.settings_on_skin(left, settings, self._to_skin(left.map))
 
     def _to_skin(self, after: TactileMap) -> Carry:
         before = self.map
@@ -243,8 +231,6 @@ class ControlSettingsEditor(QObject):
     def forget_steps(self) -> None:
         """Discard all undo steps, because another session has its own settings."""
         self.steps.reset()
-        for map_ in [*self._left]:
-            self._left[map_] = NO_STEPS
         self.changed.emit()
 
     def set_enabled(self, *, enabled: bool) -> None:
