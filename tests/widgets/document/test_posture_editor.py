@@ -47,9 +47,30 @@ def test_paused_session_previews_moves_and_receives_the_last(editor):
     editor.set_mode(enabled=True, placing=True)
     lead(editor, 0.1, 0.2)
     assert editor.heard == {"requested": [[0.2]], "previewed": [[0.1], [0.2]]}
-    editor.reject()
+
+
+def test_rejected_target_leaves_the_steps_and_the_target_before_it(editor):
+    editor.set_mode(enabled=True, placing=True)
+    lead(editor, 0.1)
+    editor.do("lead", np.array([0.2]), continues=True)
+    editor.requested.connect(lambda _posture: editor.reject())
+    messages = []
+    editor.notified.connect(messages.append)
+    editor.do("lead", np.array([0.3]), continues=True)
+    assert editor.target.tolist() == [0.2]
+    assert editor.heard["previewed"][-1] is None
+    editor.undo()
+    assert editor.target.tolist() == [0.2]
+    assert (editor.can_undo, editor.can_redo) == (True, False)
+    editor.requested.disconnect()
+    editor.undo()
     assert editor.target.tolist() == [0.0]
-    assert not editor.can_undo
+    assert messages == ["Undone: lead"]
+    editor.requested.connect(lambda _posture: editor.reject())
+    editor.redo()
+    assert editor.target.tolist() == [0.0]
+    assert (editor.can_undo, editor.redo_step.name) == (False, "lead")
+    assert messages == ["Undone: lead"]
 
 
 def test_cancelled_posture_gesture_leaves_no_step(editor):

@@ -56,6 +56,7 @@ class PostureEditor(QObject):
         self.enabled = self.placing = False
         self.gesture = ""
         self._tick = -1
+        self._rejected = False
         self._steps = StepList[FloatArray](MOST_STEPS)
         self._return_home(np.zeros(0))
 
@@ -105,12 +106,8 @@ class PostureEditor(QObject):
         self.changed.emit()
 
     def reject(self) -> None:
-        """Return to the previous target, because the session rejected the last one."""
-        if self.undo_step.number:
-            self.target = self._steps.back()
-            self._steps.discard_undone()
-        self.previewed.emit(None)
-        self.changed.emit()
+        """Note, during ``requested``, that the session rejects the target."""
+        self._rejected = True
 
     # Edits.
 
@@ -140,10 +137,11 @@ class PostureEditor(QObject):
         self.gesture = ""
         if not name:
             return
-        if np.abs(self.target - self._before).max(initial=0.0) > _SAME:
-            self._steps.push(name, self._before, self.target, extend=continues)
-            if self.placing:
-                self.requested.emit(self.target)
+        before = self._before
+        if np.abs(self.target - before).max(initial=0.0) > _SAME and (
+            not self.placing or self._request(self.target, before)
+        ):
+            self._steps.push(name, before, self.target, extend=continues)
         self.changed.emit()
 
     def cancel(self) -> bool:
@@ -191,18 +189,29 @@ class PostureEditor(QObject):
         if self.cancel() or not self.can_undo:
             return
         name = self.undo_step.name
-        self._return_to(self._steps.back())
-        self.notified.emit(f"Undone: {name}")
+        if self._request(self._steps.back(), self.target):
+            self.notified.emit(f"Undone: {name}")
+        else:
+            self._steps.forward()
+        self.changed.emit()
 
     def redo(self) -> None:
         """Apply the step that was undone last."""
         if not self.can_redo:
             return
         name = self.redo_step.name
-        self._return_to(self._steps.forward())
-        self.notified.emit(f"Redone: {name}")
-
-    def _return_to(self, posture: FloatArray) -> None:
-        self.target = posture
-        self.requested.emit(posture)
+        if self._request(self._steps.forward(), self.target):
+            self.notified.emit(f"Redone: {name}")
+        else:
+            self._steps.back()
         self.changed.emit()
+
+    def _request(self, posture: FloatArray, before: FloatArray) -> bool:
+        """Request a target; return False, and return to the target ``before``, if the session rejects it."""
+        self.target = posture
+        self._rejected = False
+        self.requested.emit(posture)
+        if self._rejected:
+            self.target = before
+            self.previewed.emit(None)
+        return not self._rejected

@@ -128,6 +128,50 @@ def test_placing_next_to_a_finger_offers_to_move_instead(window):
     assert np.degrees(window.live.shown.posture[1] - home[1]) > 2.0
 
 
+def run_until_the_finger(window, *, presses):
+    """Run until the finger of the scene's script presses the robot, or no longer does; then pause."""
+    window.live.set_paused(paused=False)
+    for _ in range(200):
+        if bool(window.live.shown.pokes) == presses:
+            break
+        run(window, 0.05)
+    else:
+        raise AssertionError("the finger of the scene does not move")
+    pause(window)
+
+
+def offered(window):
+    """Edits that the actions revert and repeat; empty for a grey action."""
+    return tuple(action.isEnabled() and action.iconText() for action in (window.action("undo"), window.action("redo")))
+
+
+def test_undo_and_redo_that_a_finger_prevents_leave_the_steps(window):
+    """The finger of the scene's script presses the robot of a paused scene, which cannot be placed then."""
+    editor = window.presenters.posture.editor
+    home = editor.target
+    status = window.statusBar()
+    for name in ("nod", "turn"):
+        editor.do(name, editor.target + 0.01)
+    moved = editor.target
+
+    def try_to(action, expected, target):
+        run_until_the_finger(window, presses=True)
+        status.clearMessage()
+        window.notification_bar.clear()
+        window.action(action).trigger()
+        assert offered(window) == expected
+        assert np.array_equal(editor.target, target)
+        assert "cannot be placed while a finger presses it" in window.notification_bar.text
+        assert not status.currentMessage()
+
+    try_to("undo", ("Undo turn", False), moved)
+    run_until_the_finger(window, presses=False)
+    for name in ("turn", "nod"):
+        window.action("undo").trigger()
+        assert status.currentMessage() == f"Undone: {name}"
+    try_to("redo", (False, "Redo nod"), home)
+
+
 @pytest.mark.long
 def test_dragged_link_moves_the_robot_and_escape_cancels(window):
     window.action("posture").trigger()
