@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+import threading
 from dataclasses import replace
 
 import numpy as np
@@ -313,6 +314,62 @@ def copies(tmp_path):
     return list((tmp_path / "state").rglob("*.autosave"))
 
 
+@pytest.fixture
+def release(files):
+    """Function that ends an autosave that is being written meanwhile. The timer starts no other one."""
+    files._timer.stop()
+    ended = threading.Event()
+    in_time = files._writer.submit(ended.wait, 60.0)
+    files.autosave()
+    yield ended.set
+    ended.set()
+    assert in_time.result(), "the window did not wait for it"
+    files._timer.start()
+
+
+def turn(window, number=0):
+    """Make another unsaved edit; return the layout."""
+    window.editor.do("Rotate", lambda document: rotate(document, [number], 0.25))
+    return window.editor.document.layout
+
+
+def test_edits_during_an_autosave_are_autosaved_right_after_it(window, files, release, tmp_path, qtbot):
+    for number in (0, 1):
+        latest = turn(window, number)
+        files.autosave()
+    assert copies(tmp_path) == []
+    release()
+    qtbot.waitUntil(lambda: [load_document(copy).layout for copy in copies(tmp_path)] == [latest])
+
+
+def test_edits_during_an_autosave_are_kept_when_the_document_ends(window, files, release, prepared):
+    latest = turn(window)
+    files.autosave()
+    release()
+    window.live.show_prepared(reopened(prepared))
+    click_remedy(window, "Restore edits")
+    assert window.editor.document.layout == latest
+
+
+def test_discarded_edits_are_not_autosaved_after_an_autosave_that_was_being_written(window, files, release, tmp_path):
+    turn(window)
+    files.autosave()
+    release()
+    files.give_up()
+    assert copies(tmp_path) == []
+
+
+def test_restored_copy_remains_until_another_one_is_written(window, files, left, release, tmp_path, qtbot):
+    (before,) = copies(tmp_path)
+    click_remedy(window, "Restore edits")
+    assert window.editor.document.layout == left.layout
+    assert copies(tmp_path) == [before]
+    release()
+    qtbot.waitUntil(lambda: before not in copies(tmp_path))
+    (after,) = copies(tmp_path)
+    assert load_document(after).layout == left.layout
+
+
 @pytest.mark.long
 def test_offer_to_restore_returns_after_other_messages(window, left):
     window.notifier.say("Something else")
@@ -390,6 +447,7 @@ def test_restoring_over_newer_edits_asks_first(window, left, tmp_path):
 def test_restored_autosave_is_replaced_by_a_new_one(window, files, left, tmp_path):
     (before,) = copies(tmp_path)
     click_remedy(window, "Restore edits")
+    files._wait()
     (after,) = copies(tmp_path)
     assert after != before
     assert load_document(after).layout == left.layout

@@ -16,7 +16,7 @@ from functools import partial
 from pathlib import Path
 
 from platformdirs import user_state_path
-from PySide6.QtCore import QTimer, Signal
+from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtWidgets import QWidget
 
 from tactile_maps.control.motion.command import ControlSettings
@@ -137,6 +137,7 @@ class MapFilePresenter(Presenter):
     """Show the skin that is chosen for this scene, which is not open; a crash left it."""
     apply_requested = Signal()
     """Apply the chosen skin, because it is being saved."""
+    _autosave_ended = Signal()
 
     def __init__(self, context: AppContext, scene_file: SceneFilePresenter, tools: Tools, parent: QWidget) -> None:
         super().__init__(context, parent)
@@ -148,6 +149,7 @@ class MapFilePresenter(Presenter):
         self._claim: FolderClaim | None = None
         self._leftovers: list[Leftover] = []
         self._restoring: Leftover | None = None  # its scene is being opened
+        self._restored: list[Leftover] = []  # deleted once there is another autosave of the restored document
         self._saves_next: Callable[[], None] | None = None  # called once the requested skin is shown
         self._first: MapDocument | None = None
         self._new_skin = False  # the skin is in no file
@@ -160,9 +162,11 @@ class MapFilePresenter(Presenter):
         self.choice_refusal: Callable[[], str] = lambda: ""
         self._left: _Discarded | None = None
         self._writer = ThreadPoolExecutor(max_workers=1, thread_name_prefix="autosave")
-        self._writing: Future[bool] | None = None
+        self._writing: Future[tuple[Leftover, ...]] | None = None
+        self._due = False  # an autosave follows the one that is being written
         self._timer = make(QTimer, self, interval=AUTOSAVE_MS, timeout=self.autosave)
         self._timer.start()
+        self._autosave_ended.connect(self._on_autosave_ended, Qt.ConnectionType.QueuedConnection)
         self._editor.history_changed.connect(self._on_history_changed)
         scene_file.changed.connect(self.changed)
         scene_file.saved.connect(self._on_scene_saved)
@@ -263,9 +267,15 @@ class MapFilePresenter(Presenter):
     def end(self) -> None:
         """End work on the document: delete a discarded autosave, keep any other for the next start."""
         self._wait()
+        if self._due and not self._discarded:
+            self.autosave()
+            self._wait()
+        self._due = False
         if self._file is not None and self._discarded:
             with self._notifier.errors_shown("autosave"):
                 self._file.drop_autosave()
+                for leftover in self._restored:
+                    leftover.discard()
         self._discarded = False
         self._left = None
         self._choice = None
@@ -488,9 +498,10 @@ class MapFilePresenter(Presenter):
     # Edits that a crash left.
 
     def _release_leftovers(self) -> None:
-        for leftover in self._leftovers:
+        for leftover in (*self._leftovers, *self._restored):
             leftover.release()
         self._leftovers.clear()
+        self._restored.clear()
         self._notifier.withdraw()
 
     def _find_leftovers(self, prepared: PreparedScene, document: MapDocument) -> None:
@@ -586,15 +597,9 @@ class MapFilePresenter(Presenter):
 
     def _drop_restored(self, leftover: Leftover) -> None:
         """Delete a restored autosave once there is another one of the restored document."""
-        document = self._editor.document
-        assert document is not None
-        assert self._file is not None
-        self._wait()
-        with self._notifier.errors_shown("autosave"):
-            texts = {"scene": self._scene_text, "cover": self._cover_text, "unopened": self._unopened_text}
-            self._file.autosave(document, **texts)
-            self._leftovers.remove(leftover)
-            leftover.discard()
+        self._leftovers.remove(leftover)
+        self._restored.append(leftover)
+        self.autosave()
         self._offer()
         self.changed.emit()
 
@@ -798,12 +803,18 @@ class MapFilePresenter(Presenter):
     # Autosave, and unsaved edits.
 
     def autosave(self) -> None:
-        """Write unsaved edits to the autosave in another thread."""
+        """Write unsaved edits to the autosave in another thread, after an autosave that is being written."""
+        self._due = not self._written()
         document = self._editor.document
-        if self._file is None or document is None or self._editor.gesture or not self._written():
+        if self._due or self._file is None or document is None or self._editor.gesture:
             return
-        texts = {"scene": self._scene_text, "cover": self._cover_text}
-        self._writing = self._writer.submit(self._file.autosave, document, **texts, unopened=self._unopened_text)
+        texts = {"scene": self._scene_text, "cover": self._cover_text, "unopened": self._unopened_text}
+        self._writing = self._writer.submit(_autosave, self._file, document, texts, tuple(self._restored))
+        self._writing.add_done_callback(lambda _writing: self._autosave_ended.emit())
+
+    def _on_autosave_ended(self) -> None:
+        if self._written() and self._due:
+            self.autosave()
 
     @property
     def _scene_text(self) -> str:
@@ -831,7 +842,10 @@ class MapFilePresenter(Presenter):
         self._writing = None
         error = writing.exception()
         if error is None:
+            deleted = writing.result()
+            self._restored = [leftover for leftover in self._restored if leftover not in deleted]
             return True
+        self._due = False
         if not isinstance(error, TactileMapsError):
             self._notifier.unexpected(error)
         elif not self._reported_unwritable:
@@ -978,6 +992,16 @@ class MapFilePresenter(Presenter):
         self._discarded = self._discarded or not self.unsaved
         self.end()
         self._writer.shutdown()
+
+
+def _autosave(
+    file: DocumentFile, document: MapDocument, texts: Mapping[str, str], restored: tuple[Leftover, ...]
+) -> tuple[Leftover, ...]:
+    """Write an autosave, then delete the autosaves that were restored to this document, and return them."""
+    file.autosave(document, **texts)
+    for leftover in restored:
+        leftover.discard()
+    return restored
 
 
 def autosave_folder(robot: str) -> Path:
