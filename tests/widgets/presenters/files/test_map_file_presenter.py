@@ -370,6 +370,14 @@ def test_restored_copy_remains_until_another_one_is_written(window, files, left,
     assert load_document(after).layout == left.layout
 
 
+def test_restored_copy_is_deleted_with_the_discarded_edits(window, files, left, release, tmp_path):
+    click_remedy(window, "Restore edits")
+    release()
+    files.give_up()
+    assert copies(tmp_path) == []
+    assert message(window) == ""
+
+
 @pytest.mark.long
 def test_offer_to_restore_returns_after_other_messages(window, left):
     window.notifier.say("Something else")

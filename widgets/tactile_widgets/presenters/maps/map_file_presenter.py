@@ -8,7 +8,7 @@ that may replace the document calls ``leave`` first.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -150,6 +150,7 @@ class MapFilePresenter(Presenter):
         self._leftovers: list[Leftover] = []
         self._restoring: Leftover | None = None  # its scene is being opened
         self._restored: list[Leftover] = []  # deleted once there is another autosave of the restored document
+        self._replaced: list[Leftover] = []  # those of them that the autosave being written replaces
         self._saves_next: Callable[[], None] | None = None  # called once the requested skin is shown
         self._first: MapDocument | None = None
         self._new_skin = False  # the skin is in no file
@@ -162,7 +163,7 @@ class MapFilePresenter(Presenter):
         self.choice_refusal: Callable[[], str] = lambda: ""
         self._left: _Discarded | None = None
         self._writer = ThreadPoolExecutor(max_workers=1, thread_name_prefix="autosave")
-        self._writing: Future[tuple[Leftover, ...]] | None = None
+        self._writing: Future[bool] | None = None
         self._due = False  # an autosave follows the one that is being written
         self._timer = make(QTimer, self, interval=AUTOSAVE_MS, timeout=self.autosave)
         self._timer.start()
@@ -274,8 +275,7 @@ class MapFilePresenter(Presenter):
         if self._file is not None and self._discarded:
             with self._notifier.errors_shown("autosave"):
                 self._file.drop_autosave()
-                for leftover in self._restored:
-                    leftover.discard()
+            self._delete(self._restored)
         self._discarded = False
         self._left = None
         self._choice = None
@@ -595,6 +595,13 @@ class MapFilePresenter(Presenter):
         own = self._scene.scene
         return scene_from_toml(leftover.scene, name="restored" if own is None else own.name)
 
+    def _delete(self, restored: Sequence[Leftover]) -> None:
+        """Delete restored autosaves."""
+        for leftover in [*restored]:
+            self._restored.remove(leftover)
+            with self._notifier.errors_shown("autosave"):
+                leftover.discard()
+
     def _drop_restored(self, leftover: Leftover) -> None:
         """Delete a restored autosave once there is another one of the restored document."""
         self._leftovers.remove(leftover)
@@ -809,7 +816,8 @@ class MapFilePresenter(Presenter):
         if self._due or self._file is None or document is None or self._editor.gesture:
             return
         texts = {"scene": self._scene_text, "cover": self._cover_text, "unopened": self._unopened_text}
-        self._writing = self._writer.submit(_autosave, self._file, document, texts, tuple(self._restored))
+        self._replaced = [*self._restored]
+        self._writing = self._writer.submit(self._file.autosave, document, **texts)
         self._writing.add_done_callback(lambda _writing: self._autosave_ended.emit())
 
     def _on_autosave_ended(self) -> None:
@@ -842,8 +850,7 @@ class MapFilePresenter(Presenter):
         self._writing = None
         error = writing.exception()
         if error is None:
-            deleted = writing.result()
-            self._restored = [leftover for leftover in self._restored if leftover not in deleted]
+            self._delete(self._replaced)
             return True
         self._due = False
         if not isinstance(error, TactileMapsError):
@@ -992,16 +999,6 @@ class MapFilePresenter(Presenter):
         self._discarded = self._discarded or not self.unsaved
         self.end()
         self._writer.shutdown()
-
-
-def _autosave(
-    file: DocumentFile, document: MapDocument, texts: Mapping[str, str], restored: tuple[Leftover, ...]
-) -> tuple[Leftover, ...]:
-    """Write an autosave, then delete the autosaves that were restored to this document, and return them."""
-    file.autosave(document, **texts)
-    for leftover in restored:
-        leftover.discard()
-    return restored
 
 
 def autosave_folder(robot: str) -> Path:
