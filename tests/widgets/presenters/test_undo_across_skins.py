@@ -306,6 +306,29 @@ def test_edits_are_restored_although_their_skin_was_shown_again_since(window, pr
     assert whole(window) == states[1]
 
 
+def test_skin_is_unsaved_after_undo_of_the_one_that_was_saved(window, edits, tmp_path):
+    files = window.presenters.map_files
+    edits["skin"]()
+    window.presenters.scene_file.save(str(tmp_path / "own.toml"))
+    saved = window.live.prepared
+    assert files.unsaved == ()
+    do(window, "undo")
+    assert files.unsaved == ("skin",)
+    do(window, "redo")
+    assert files.unsaved == ()
+    do(window, "undo")
+    edits["skin"]()
+    assert files.unsaved == (), "the file contains this skin"
+    do(window, "undo")
+    edits["map"]()
+    last = whole(window)
+    autosave(window)
+    window.live.show_prepared(pickle.loads(pickle.dumps(saved)))  # as another start of the program does
+    assert "shoulder" in counts(window)
+    do(window, "restore_map")
+    assert whole(window) == last
+
+
 def test_scene_that_is_opened_again_has_no_steps(window, edits, tmp_path):
     walk(window, edits["skin"])
     file = tmp_path / "own.toml"

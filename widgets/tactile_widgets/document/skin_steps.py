@@ -61,7 +61,6 @@ class KeptDocument:
         history: The document with its steps.
         file: The file of the document.
         first: The document without edits.
-        new_skin: Whether its skin is in no file.
     """
 
     prepared: PreparedScene
@@ -71,7 +70,6 @@ class KeptDocument:
     history: History
     file: DocumentFile
     first: MapDocument
-    new_skin: bool
 
 
 @dataclass(frozen=True, eq=False)

@@ -153,9 +153,10 @@ class MapFilePresenter(Presenter):
         self._replaced: list[Leftover] = []  # those of them that the autosave being written replaces
         self._saves_next: Callable[[], None] | None = None  # called once the requested skin is shown
         self._first: MapDocument | None = None
-        self._new_skin = False  # the skin is in no file
+        self._shown: Scene | None = None  # the scene of the document
+        self._in_file: Scene | None = None  # the scene whose skin is in a file
         self._chosen: Scene | None = None  # the user chose the skin of this scene, which is being opened
-        self._scene_in_file: Scene | None = None  # the scene behind a recording that is being taken over
+        self._in_file_before: Scene | None = None  # the same of the scene behind a recording that is being taken over
         self._reported_unwritable = False
         self._discarded = False  # the autosave is not needed any more once the document is replaced
         self._choice: CoverSpec | None = None  # in the Skin panel, not applied yet
@@ -225,6 +226,12 @@ class MapFilePresenter(Presenter):
         return self._steps.pending and self._steps.after is None
 
     @property
+    def _new_skin(self) -> bool:
+        """Whether the skin of the document is in no file."""
+        scene = self._shown
+        return scene is not None and (self._in_file is None or not have_same_skin(self._in_file, scene))
+
+    @property
     def _changed(self) -> tuple[str, ...]:
         """Names of the parts of the shown document that no file contains."""
         document = self._editor.document
@@ -280,7 +287,6 @@ class MapFilePresenter(Presenter):
         self._left = None
         self._choice = None
         self._unopened = None
-        self._new_skin = False
         self._file = None
         self._saves_next = None
         self._restoring = None
@@ -314,14 +320,15 @@ class MapFilePresenter(Presenter):
         with suppress(OSError):  # no autosave then, as reported
             self._claim = claim_folder(autosave_folder(prepared.robot.name), without=AUTOSAVE_NAME)
         self._scene.begin(prepared)
-        self._new_skin = self._chosen is not None and have_same_skin(self._chosen, prepared.scene)
+        chosen = self._chosen
+        self._shown = prepared.scene
+        self._in_file = None if chosen is not None and have_same_skin(chosen, prepared.scene) else prepared.scene
         self._first = document
         if own is None:
             self._file = DocumentFile(None, document, folder=self._folder)
         else:
             self._file = DocumentFile(path, own, folder=self._folder)
         self._find_leftovers(prepared, document)
-        chosen = self._chosen
         self._chosen = None
         self.begun.emit(chosen)
 
@@ -358,8 +365,8 @@ class MapFilePresenter(Presenter):
             return
         assert self._first is not None
         control = self._control.leave_skin()
-        kept = (run.prepared, run.settings, control, self._overrides, history, file, self._first, self._new_skin)
-        self._steps.keep(KeptDocument(*kept))
+        overrides = self._overrides
+        self._steps.keep(KeptDocument(run.prepared, run.settings, control, overrides, history, file, self._first))
         self.changed.emit()
 
     def stop_skin(self) -> None:
@@ -396,6 +403,7 @@ class MapFilePresenter(Presenter):
         self._session.keep_pause()
         self._wait()
         self._steps.show_requested()
+        self._shown = prepared.scene
         if kept is not None:
             self._note_path(before.settings.settings, run.settings.settings)
             self._file = None
@@ -405,7 +413,6 @@ class MapFilePresenter(Presenter):
             self._editor.resume(kept.history)
             self._file = kept.file
             self._first = kept.first
-            self._new_skin = kept.new_skin
             self._file.resume()
             self._scene.restore_effects(kept.overrides)
         else:
@@ -430,7 +437,6 @@ class MapFilePresenter(Presenter):
         self._first = first
         self._file = DocumentFile(None, None, folder=self._folder)
         self._restoring = None
-        self._new_skin = True
         if restoring is not None:
             self._restore_settings(restoring)
             self._drop_restored(restoring)
@@ -469,7 +475,7 @@ class MapFilePresenter(Presenter):
         if self._file is not None and self._first is not None:
             if self._file.saved is None:
                 self._file.mark_saved(self._first)
-            self._new_skin = False
+            self._in_file = self._shown
             self.changed.emit()
 
     def ask_take_over(self) -> None:
@@ -480,19 +486,18 @@ class MapFilePresenter(Presenter):
         self.leave(self._take_over, after=None if replay is None else replay.settings)
 
     def _take_over(self) -> None:
-        run = self._session.run
-        self._scene_in_file = None if run is None or self._new_skin else run.prepared.scene
+        self._in_file_before = self._in_file
         self._session.replay.take_over()
 
     def _on_taken_over(self) -> None:
         """A grid that was recorded is unsaved, unless the scene behind the recording has it, too, and is saved."""
         run = self._session.run
-        known = self._scene_in_file
+        known = self._in_file_before
         if run is None or not (scene := run.prepared.scene).grids:
             return
         if known is None or not have_same_skin(known, scene):
             self._file = DocumentFile(None, None, folder=self._folder)
-            self._new_skin = True
+            self._in_file = None
             self.changed.emit()
 
     # Edits that a crash left.
