@@ -264,6 +264,25 @@ def test_skin_that_is_chosen_again_has_edits_of_its_own(window, edits, names):
     undo_and_redo_all(window, states)
 
 
+def test_redo_waits_for_the_end_of_a_drag(window, edits):
+    """No undone setting or change of the skin can be redone while a setting or a patch is dragged."""
+    control = window.presenters.control_tools.settings_editor
+    edits["skin"]()
+    edits["force"]()
+    for redone in ("Redo set the force", "Redo change skin"):
+        do(window, "undo")
+        control.begin("drag")
+        control.change(force_goal=control.settings.force_goal + 0.5)
+        assert offered(window)[1] is False
+        control.cancel()
+        assert offered(window)[1] == redone
+        window.editor.begin("Rotate")
+        window.editor.change(partial(rotate, numbers=[0], angle=0.1))
+        assert offered(window)[1] is False
+        window.editor.cancel()
+        assert offered(window)[1] == redone
+
+
 def test_edit_in_the_middle_replaces_the_steps_after_it(window, edits):
     states = walk(window, *(edits[name] for name in ("map", "skin", "map", "map", "skin", "map")))
     for _ in range(3):

@@ -75,10 +75,10 @@ class UndoInOrder:
 
     @property
     def _to_redo(self) -> CancellableUndo | None:
-        """The stack of the first undone edit; None while another stack has something in progress."""
+        """The stack of the first undone edit; None while something is in progress."""
         able = (stack for stack in self._stacks if stack.can_redo and stack.redo_step.number not in self._outdated)
         first = min(able, key=lambda stack: stack.redo_step.number, default=None)
-        return None if any(stack.unfinished for stack in self._stacks if stack is not first) else first
+        return None if any(stack.unfinished for stack in self._stacks) else first
 
     @property
     def can_undo(self) -> bool:
@@ -184,8 +184,8 @@ class ControlUndo:
 
     @property
     def can_redo(self) -> bool:
-        """Whether there is an undone step to redo and no path is being drawn."""
-        return self._control.enabled and bool(self.redo_step.number) and not self._path.drawing
+        """Whether there is an undone step to redo."""
+        return self._control.enabled and bool(self.redo_step.number)
 
     @property
     def undo_step(self) -> Step:
