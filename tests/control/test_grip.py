@@ -90,7 +90,8 @@ def test_contacts_that_do_not_oppose_each_other_have_separate_goals(way):
     assert raised(between(7.0, -3.0, **way), robot=bar())[0] == pytest.approx(7.0 / 0.4)
 
 
-@pytest.mark.parametrize("friction_use", [0.7, pytest.param(float("inf"), marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("friction_use", [0.7, float("inf")])
 def test_pulled_contact_is_held_only_with_the_setting(friction_use):
     scene = load_scene("slip")
     settings = ControlSettings(controller="hold_force", force_goal=2.0, friction_use=friction_use)

@@ -59,7 +59,7 @@ def child() -> Iterator[Child]:
     process.close()
 
 
-@pytest.mark.sampled(24)
+@pytest.mark.sampled(12)
 @pytest.mark.parametrize("name", EVERY)
 def test_map_of_any_mesh_is_one_to_one_and_exact(name: str, child: Child) -> None:
     child.call(check_named, name, seconds=SECONDS)

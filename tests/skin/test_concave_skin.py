@@ -92,7 +92,7 @@ def test_means_over_the_tick_keep_both_walls_of_a_groove():
     assert [load.force for load in simulation.loads] == pytest.approx([WEIGHT / np.sqrt(2)] * 2, rel=1e-3)
 
 
-@pytest.mark.sampled(4)
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("model", CONTACT_MODELS)
 @pytest.mark.parametrize("shape", HEIGHTS)
 def test_models_measure_the_weight_under_the_ball(shape, model):

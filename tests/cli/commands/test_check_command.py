@@ -118,6 +118,7 @@ def test_prompts_and_keys_guide_through_the_parts(monkeypatch, capsys):
     assert (check.stage, check.current) == (CheckStage.PRESS, 2)
 
 
+@pytest.mark.long
 def test_readings_of_a_part_of_the_skin_are_a_warning(skin, tmp_path, capsys):
     path = tmp_path / "half.csv"
     rows = [line.split(",") for line in Path(written(path)).read_text().splitlines()]

@@ -107,6 +107,7 @@ def test_recording_is_run_for_its_duration_with_its_task(capsys, recording, tmp_
     assert {goals[0], goals[-1]} == {3.0, 5.0}
 
 
+@pytest.mark.long
 def test_printed_table_has_a_row_for_each_controller(capsys, scene):
     assert main(["compare", scene, "--controllers", "impedance,hold_force", "--for", "0.04"]) == 0
     head, *rows = capsys.readouterr().out.splitlines()

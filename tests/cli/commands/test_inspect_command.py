@@ -86,6 +86,7 @@ def test_result_is_written_as_json_and_as_a_page(capsys, scene, tmp_path):
     assert "friction on" in problem["remedy"]
 
 
+@pytest.mark.long
 def test_result_is_printed_as_text(capsys, scene):
     status, out, _ = call(capsys, "inspect", scene)
     assert status == 0

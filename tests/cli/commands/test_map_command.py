@@ -99,6 +99,7 @@ def test_two_maps_are_compared(capsys, cap, tmp_path):
     assert "this is better" in out
 
 
+@pytest.mark.long
 def test_misplaced_modules_are_corrected_only_on_request(capsys, tmp_path):
     positions = tmp_path / "left_plate.txt"
     layout = tmp_path / "left_plate.ini"
@@ -236,6 +237,7 @@ URDF = """<robot name="two"><link name="base"><visual><geometry><box size="0.1 0
 <limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>"""
 
 
+@pytest.mark.long
 def test_notes_about_the_model_are_one_line_and_inspect_shows_the_same_table(capsys, tmp_path):
     path = tmp_path / "two.urdf"
     path.write_text(URDF)

@@ -102,6 +102,7 @@ def test_arm_lifts_carries_and_presses_until_the_new_place_is_touched():
     assert np.abs(np.diff(speeds, axis=0)).max() < 2 * JOINT_SPEED * DT / 0.1, "without jumps"
 
 
+@pytest.mark.long
 def test_arm_returns_if_nothing_is_at_the_new_place():
     ride = Ride()
     held = ride.go(lambda state: (at(OLD),) if state is State.RETURN else ())

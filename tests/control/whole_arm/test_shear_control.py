@@ -41,6 +41,7 @@ def shear_on_map(prepared, frame):
     return axes @ configuration.pose(region.link).rotation @ region.shear.force
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("controller", CONTROLLERS)
 def test_shear_and_force_reach_their_goals_in_size_and_direction(controller):

@@ -183,6 +183,7 @@ def halves(tmp_path):
     return first, second
 
 
+@pytest.mark.long
 def test_several_files_are_merged_in_library_scene_and_command(halves, files, robot, tmp_path):
     scene = tmp_path / "both.toml"
     scene.write_text(

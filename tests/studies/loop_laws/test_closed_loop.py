@@ -50,6 +50,7 @@ def test_sliding_the_plate_moves_the_contact_in_the_opposite_direction_on_the_ma
     assert loop_run.read[-1] == pytest.approx(loop_run.force[-1], rel=1e-6)
 
 
+@pytest.mark.long
 def test_noise_affects_only_readings_and_is_reproducible():
     for servo, noise in ((IDEAL, 0.05), (40.0, 150.0)):
         loop = Loop(period=0.02, servo=servo, noise=noise)

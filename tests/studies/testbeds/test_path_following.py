@@ -100,6 +100,7 @@ def caged_finger(folder: Path, posts: Sequence[int]) -> PreparedScene:
     return replace(finger, robot=replace(finger.robot, home=np.zeros(4)))
 
 
+@pytest.mark.long
 def test_ball_is_placed_clear_of_all_other_links(tmp_path):
     posts = range(4, 13)
     prepared = caged_finger(tmp_path, posts)

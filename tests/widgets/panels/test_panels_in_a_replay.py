@@ -62,6 +62,7 @@ def texts(window, panel):
     return shown
 
 
+@pytest.mark.long
 def test_panel_lists_the_patches_of_the_recording(window, recording):
     session = ["Biceps", "forearm", "hand"]
     assert texts(window, "patches")[-3:] == session

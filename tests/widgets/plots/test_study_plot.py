@@ -44,7 +44,7 @@ def test_axis_of_positive_values_begins_at_zero(dialog):
     assert not axis.autoSIPrefix
 
 
-@pytest.mark.parametrize("width", [700, 1120])
+@pytest.mark.parametrize("width", [pytest.param(700, marks=pytest.mark.long), 1120])
 def test_named_values_are_labelled_as_densely_as_the_axis_has_room(dialog, width):
     dialog.resize(width, 620)
     QApplication.processEvents()

@@ -71,6 +71,7 @@ def test_gesture_is_one_edit_of_the_session(window):
     assert [act.name for _, act in session.inputs if isinstance(act, MapEdited)] == ["Move"]
 
 
+@pytest.mark.long
 def test_quality_in_a_replay_is_that_of_the_map_shown(window, tmp_path):
     def shown_quality():
         window.show_quality()

@@ -104,6 +104,7 @@ def test_choice_that_is_not_applied_is_marked_and_asked_about(window, rods):
     assert unsaved(window) == ("skin",)
 
 
+@pytest.mark.long
 def test_discarded_choice_returns_if_the_robot_is_not_opened(window, rods):
     click_box(window, "wrist")
     opening = window.live.scene_jobs.executor
@@ -224,6 +225,7 @@ def test_choice_that_fails_to_be_applied_keeps_the_document_and_states_why(windo
     assert unsaved(window) == (CHOSEN,)
 
 
+@pytest.mark.long
 def test_choice_waits_during_a_recording_or_a_connection(window, tmp_path, qtbot):
     record_run(window, tmp_path / "a.mcap", 0.1)
     click_box(window, "wrist")
@@ -247,6 +249,7 @@ def test_choice_waits_during_a_recording_or_a_connection(window, tmp_path, qtbot
     assert unsaved(window) == (CHOSEN,)
 
 
+@pytest.mark.long
 def test_choice_is_shown_again_after_the_panel_showed_a_robot_that_is_not_open(window, tmp_path, rods):
     record_run(window, tmp_path / "a.mcap", 0.1)
     begin_to_open_rods(window, rods)
@@ -268,6 +271,7 @@ def test_choice_is_shown_again_after_the_panel_showed_a_robot_that_is_not_open(w
     assert chosen(window) == {*LINKS, "wrist"}
 
 
+@pytest.mark.long
 def test_other_changes_of_the_skin_are_part_of_the_choice(window):
     panel = panel_of(window)
     click_box(window, "wrist")
@@ -290,6 +294,7 @@ def test_other_changes_of_the_skin_are_part_of_the_choice(window):
     assert unsaved(window) == (CHOSEN,)
 
 
+@pytest.mark.long
 def test_choice_made_while_a_robot_is_opened_is_saved_instead(window, tmp_path, choose_file, rods, qtbot):
     choose_file("save_file", tmp_path / "own.toml")
     opening = window.live.scene_jobs.executor
@@ -502,6 +507,7 @@ def test_discarded_choice_for_a_robot_that_is_not_open_is_asked_about_once(choos
     assert unsaved(window) == ()
 
 
+@pytest.mark.long
 def test_choice_for_a_robot_stays_until_the_robot_is_open(choosing, tmp_path):
     window = choosing
     opening = window.live.scene_jobs.executor
@@ -537,6 +543,7 @@ def test_choice_that_returns_to_the_default_while_its_robot_is_opened_is_kept(ch
     assert unsaved(window) == ("skin", CHOSEN)
 
 
+@pytest.mark.long
 def test_recording_and_changes_of_the_skin_leave_the_choice_for_another_robot(choosing, tmp_path):
     window = choosing
     window.live.scene_jobs.executor.hold = False

@@ -200,6 +200,7 @@ def test_delete_unchecks_the_selected_link(window, key):
     assert tree.checked == first
 
 
+@pytest.mark.long
 def test_checked_link_without_taxels_states_the_reason(window, qtbot):
     """The reason is stated in the preview and for the applied skin."""
     panel = panel_of(window)
@@ -422,6 +423,7 @@ def test_behaviours_and_contact_detection_are_kept_after_a_change_of_the_skin(wi
     assert window.live.run.settings.reading == reading
 
 
+@pytest.mark.long
 def test_paused_session_stays_paused_after_a_change_of_the_skin(window, prepared):
     window.action("pause").trigger()
     click_box(window, "wrist")
@@ -497,6 +499,7 @@ def begin_to_open_rods(window, path, *, discarding=False):
     return job
 
 
+@pytest.mark.long
 def test_skin_that_is_chosen_before_the_opening_is_counted_when_the_panel_was_hidden(window_again, rods, qtbot):
     window = window_again
     assert not panel_of(window).isVisible()

@@ -152,6 +152,7 @@ def test_rapid_table_has_a_taxel_in_each_cell(tmp_path, cell, encoding):
     assert [finding.kind for finding in taxels.findings] == ["vendor-layout"]
 
 
+@pytest.mark.long
 def test_rapid_table_with_semicolons_and_empty_last_rows_is_read_by_a_scene(tmp_path):
     rows = [";".join(f"({2.4 * column - 8.4:g},-11.3,{36 - 2.4 * row:g})" for column in range(8)) for row in range(12)]
     written(tmp_path, "tactile.csv", "\n".join([*rows, ";" * 7, ";" * 7]))

@@ -57,6 +57,7 @@ def test_messages_of_the_window_are_kept(window_again):
     window_again.notification_bar.clear()
 
 
+@pytest.mark.long
 def test_missing_faces_of_a_mesh_are_listed_when_it_is_opened(new_window, tmp_path):
     mesh = tmp_path / "pad.obj"
     ball = trimesh.creation.icosphere(1, radius=0.05)

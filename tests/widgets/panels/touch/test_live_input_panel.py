@@ -108,6 +108,7 @@ def test_statistics_of_the_arrival_have_units():
     }
 
 
+@pytest.mark.long
 def test_values_that_fall_are_noted_and_become_contacts_by_the_button(window, tmp_path):
     values = [2000] * 5 + [1900] * 10
     panel = connected(window, tmp_path, values, tare=3)
@@ -326,6 +327,7 @@ def test_channels_are_counted_and_listed_on_request(window, tmp_path):
     window.live.connection.close()
 
 
+@pytest.mark.long
 def test_only_contacts_are_outlined_on_noisy_readings(window, tmp_path):
     """Noise of 1 count, which is shown as 1 kPa, the pressure of touch."""
     window.live.show_prepared(arm())

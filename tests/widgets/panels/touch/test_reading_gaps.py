@@ -278,6 +278,7 @@ def test_tare_of_a_touched_skin_is_questioned_until_one_follows_without_a_touch(
     assert stream.baseline == "Tared."
 
 
+@pytest.mark.long
 def test_arrows_of_unknown_forces_are_relative_to_the_strongest_and_fit(stream, untouched):
     """Contacts of up to 3,000 counts, whose sums over areas are tens of thousands."""
     window = stream.window

@@ -79,6 +79,7 @@ def test_row_shows_and_selects_its_taxel(plots):
     assert {series.name for series in raster.series()} == {"taxel 10"}
 
 
+@pytest.mark.long
 def test_raster_of_a_recording_is_read_and_a_click_selects(window_again, tmp_path):
     window = window_again
     window.live.recording.start(tmp_path / "demo.mcap")

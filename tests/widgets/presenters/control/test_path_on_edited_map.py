@@ -85,6 +85,7 @@ def test_drawn_figure_of_eight_moves_with_its_patch(window):
     assert settings(window) == led
 
 
+@pytest.mark.rotating
 @pytest.mark.parametrize(
     "edit",
     [
@@ -176,6 +177,7 @@ def test_undo_of_a_step_on_another_layout_keeps_the_place_on_the_body(window):
     np.testing.assert_allclose(places(window), before, atol=ROUNDING)
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("scene_cache")
 def test_return_to_an_earlier_skin_without_its_edits_keeps_the_place_on_the_body(window):
     draw(window)

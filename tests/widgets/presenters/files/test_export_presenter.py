@@ -118,6 +118,7 @@ def test_missing_rerun_viewer_is_reported(window):
     assert "rerun" in window.notification_bar.text
 
 
+@pytest.mark.long
 def test_range_is_exported_in_an_installed_format(window, qtbot, path, tmp_path, monkeypatch, choose_file):
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     window.live.open_recording(path)

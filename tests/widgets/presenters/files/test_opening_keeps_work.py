@@ -166,7 +166,10 @@ def test_step_that_replaces_one_being_made_follows_the_skin_that_is_shown(change
     assert links(window) == before
 
 
-@pytest.mark.parametrize("button", [Button.Save, Button.Cancel, pytest.param(Button.Discard, marks=pytest.mark.long)])
+@pytest.mark.parametrize(
+    "button",
+    [Button.Cancel, *(pytest.param(button, marks=pytest.mark.long) for button in (Button.Save, Button.Discard))],
+)
 def test_edits_made_while_another_robot_is_opened_are_asked_about(window, saving, tmp_path, button):
     open_scene(window, "follow_path")
     document = edited(window)
@@ -185,6 +188,7 @@ def test_edits_made_while_another_robot_is_opened_are_asked_about(window, saving
         assert not window.isWindowModified()
 
 
+@pytest.mark.long
 def test_path_drawn_while_another_robot_is_opened_is_asked_about(window):
     open_scene(window, "poke")
     draw_path(window, (5, 12, 20))
@@ -213,7 +217,7 @@ def test_discarded_edits_are_not_asked_about_again_unless_there_are_newer_ones(w
     assert window.editor.document is newer
 
 
-@pytest.mark.parametrize("button", [Button.Save, Button.Cancel])
+@pytest.mark.parametrize("button", [pytest.param(Button.Save, marks=pytest.mark.long), Button.Cancel])
 def test_robot_that_arrives_during_a_question_waits_for_the_answer(window, saving, tmp_path, button, qtbot):
     open_scene(window, "follow_path")
     document = edited(window)
@@ -232,6 +236,7 @@ def test_robot_that_arrives_during_a_question_waits_for_the_answer(window, savin
         assert links(window) == {"forearm"}
 
 
+@pytest.mark.long
 def test_robot_that_arrives_while_a_file_is_chosen_waits(window, monkeypatch, tmp_path, qtbot):
     open_scene(window, "follow_path")
     document = edited(window)
@@ -335,6 +340,7 @@ def test_first_skin_that_is_being_prepared_is_asked_about_and_saved_once_it_is_t
     assert "wrist" in load_scene(str(tmp_path / "kept.toml")).cover.links
 
 
+@pytest.mark.long
 def test_window_stays_if_the_skin_to_be_saved_is_cancelled(window, saving, tmp_path):
     apply_skin(window, "wrist")
     closed = []
@@ -357,6 +363,7 @@ def test_discarded_skin_that_is_being_prepared_does_not_arrive(window):
     assert not window.isWindowModified()
 
 
+@pytest.mark.long
 def test_document_with_another_skin_is_restored_after_a_crash_as_it_was(window, prepared):
     apply_skin(window, "wrist")
     arrive(window)

@@ -289,6 +289,7 @@ def test_scene_and_map_are_saved_and_opened_as_one_document(window, saving, tmp_
     assert saving == ["Save scene", "Save scene"], "a comment would be lost"
 
 
+@pytest.mark.long
 def test_map_of_another_skin_next_to_a_scene_is_reported_and_not_opened(window, saving, tmp_path):
     draw_path(window, (5, 12, 20))
     window.action("save").trigger()
@@ -312,6 +313,7 @@ def test_cancelled_save_of_the_scene_keeps_everything(window, monkeypatch):
     assert made(window) == own
 
 
+@pytest.mark.long
 def test_path_and_behaviours_are_restored_after_a_crash(window, prepared):
     draw_path(window, (5, 12, 20))
     behaviours = (Behaviour("tap", times=2, then={"task": "retreat"}),)

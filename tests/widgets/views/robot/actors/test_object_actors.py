@@ -95,7 +95,8 @@ def test_floor_of_the_scene_replaces_the_floor_grid(scene, plotter, prepared):
     assert "ground" in plotter.actors, "a wall is no floor"
 
 
-@pytest.mark.parametrize("theme", [DARK, pytest.param(LIGHT, marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("theme", [DARK, LIGHT])
 def test_lines_of_the_floor_do_not_cross_the_robot(scene, plotter, prepared, theme):
     scene.set_theme(theme)
     scene.show_prepared(prepared)
