@@ -278,7 +278,9 @@ class DocumentFile:
             return self._folder / AUTOSAVE_NAME
         return None if self.path is None else self.path.with_name(self.path.name + AUTOSAVE_ENDING)
 
-    def autosave(self, document: MapDocument, *, scene: str = "", cover: str = "", unopened: str = "") -> bool:
+    def autosave(
+        self, document: MapDocument, *, scene: str = "", cover: str = "", unopened: str = "", unchosen: str = ""
+    ) -> bool:
         """Write an autosave if the document or its scene has unsaved changes. Return whether it was written.
 
         Args:
@@ -286,6 +288,7 @@ class DocumentFile:
             scene: Text of its scene if that has changes that are not saved; else empty.
             cover: Text of a cover that is chosen for its skin but not applied; empty without one.
             unopened: Text of a scene whose skin is chosen before it is opened; empty without one.
+            unchosen: Text of the cover that this scene has without the choice; empty without one.
 
         May run in another thread, in order with ``save_as``; compression does not block the window.
 
@@ -293,7 +296,7 @@ class DocumentFile:
             MapError: It cannot be written.
         """
         file = self.autosave_file
-        texts = {"scene": scene, "cover": cover, "unopened": unopened}
+        texts = {"scene": scene, "cover": cover, "unopened": unopened, "unchosen": unchosen}
         if not self.unsaved(document) and not any(texts.values()):
             self.drop_autosave()
             return False

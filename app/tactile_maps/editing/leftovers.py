@@ -23,6 +23,7 @@ class Leftover:
         scene: Text of the scene that its skin needs; empty if that was saved.
         cover: Text of the cover that was chosen for its skin but not applied; empty without one.
         unopened: Text of a scene whose skin was chosen before it was opened; empty without one.
+        unchosen: Text of the cover that this scene has without the choice; empty without one.
         written: Time of the autosave [s since 1970].
     """
 
@@ -32,6 +33,7 @@ class Leftover:
     scene: str
     cover: str
     unopened: str
+    unchosen: str
     written: float
 
     @property
@@ -78,7 +80,7 @@ def find_leftovers(parent: Path) -> list[Leftover]:
             about = about_from_bytes(data, file=path)
             file = Path(about["file"]) if about.get("file") else None
             document = document_from_bytes(data, file=path)
-            texts = about.get("scene", ""), about.get("cover", ""), about.get("unopened", "")
+            texts = about.get("scene", ""), about.get("cover", ""), about.get("unopened", ""), about.get("unchosen", "")
             leftover = Leftover(claim, document, file, *texts, path.stat().st_mtime)
         if leftover is None:
             claim.release()

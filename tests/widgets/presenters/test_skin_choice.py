@@ -191,6 +191,8 @@ def test_opening_that_a_change_of_the_skin_stops_is_offered_again(window, tmp_pa
     assert stopped.format("Rods") in messages(window)
     assert counts(window).keys() == {*LINKS}
     open_again(window)
+    assert question(window).endswith("not saved: skin."), "the file contains the other one"
+    answer(window, Button.Discard)
     assert window.live.prepared.robot.name == "rods"
 
 
@@ -423,6 +425,12 @@ def test_choice_for_a_robot_that_is_not_open_is_restored_after_a_crash(choosing,
     window.action("restore_map").trigger()
     QApplication.processEvents()
     assert (panel_of(window).cover, chosen(window)) == (choice, {"right"})
+    assert UNOPENED in unsaved(window)
+    click_box(window, "left")
+    panel_of(window).taxels.setValue(60)
+    assert UNOPENED not in unsaved(window), "it equals the default again"
+    click_box(window, "left")
+    panel_of(window).taxels.setValue(65)
     assert UNOPENED in unsaved(window)
     crash(window, prepared)
     window.action("restore_map").trigger()

@@ -76,7 +76,7 @@ class SkinPresenter(Presenter):
         self._robot: Robot | None = None  # whose links the panel lists
         self._plan: CoverPlan | None = None  # of the scene that is being opened
         self._opening: Scene | None = None  # the panel chooses its skin before it is opened
-        self._restored = False  # a crash left this choice
+        self._default = CoverSpec()  # its cover without a choice
         self._applied = CoverSpec()  # of the document
         self.preview = SkinPreview(context.backends.executor("skin preview", self), self)
         self.preview.found.connect(self._panel.show_candidates)
@@ -129,16 +129,16 @@ class SkinPresenter(Presenter):
         """Let the user choose the skin of a scene that is not open yet."""
         cover = replace(plan.scene.cover, links=plan.links)
         self._map_files.note_unopened(None)
-        self._show_unopened(plan.scene, cover, restored=False)
+        self._show_unopened(plan.scene, cover, cover)
 
-    def _on_unopened_restored(self, scene: Scene) -> None:
+    def _on_unopened_restored(self, choice: UnopenedChoice) -> None:
         """Show again what a crash left of a choice for a scene that is not open."""
-        self._show_unopened(scene, scene.cover, restored=True)
+        self._show_unopened(choice.scene, choice.scene.cover, choice.default)
         self.show_panel()
 
-    def _show_unopened(self, scene: Scene, cover: CoverSpec, *, restored: bool) -> None:
+    def _show_unopened(self, scene: Scene, cover: CoverSpec, default: CoverSpec) -> None:
         self._opening = with_cover(scene, cover) if cover.links else scene
-        self._restored = restored
+        self._default = default
         self._robot = None
         self._display.set_preview(None)
         name = Path(scene.robot).stem
@@ -227,8 +227,9 @@ class SkinPresenter(Presenter):
     def _note_choice(self) -> None:
         panel = self._panel
         if (scene := self._opening) is not None:
-            made = panel.different or self._restored or self._map_files.opening_chosen
-            self._map_files.note_unopened(UnopenedChoice(replace(scene, cover=panel.cover)) if made else None)
+            made = not _same_cover(panel.cover, self._default) or self._map_files.opening_chosen
+            choice = UnopenedChoice(replace(scene, cover=panel.cover), self._default)
+            self._map_files.note_unopened(choice if made else None)
         elif self._of_document:
             self._map_files.note_choice(panel.cover if panel.different else None)
 
@@ -420,6 +421,11 @@ def _cover(prepared: PreparedScene) -> CoverSpec:
     number = max(sum(taxels.values()), MIN_COVER_TAXELS) if several else scene.cover.taxels
     links = tuple(taxels) if several else scene.cover.links or tuple(taxels)
     return replace(scene.cover, links=(*links, *gridded), taxels=number, bare=())
+
+
+def _same_cover(first: CoverSpec, second: CoverSpec) -> bool:
+    """Whether two covers are equal, in any order of their links."""
+    return replace(first, links=()) == replace(second, links=()) and {*first.links} == {*second.links}
 
 
 def _rebased(choice: CoverSpec, before: CoverSpec, after: CoverSpec) -> CoverSpec:

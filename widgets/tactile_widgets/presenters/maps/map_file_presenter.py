@@ -84,9 +84,11 @@ class UnopenedChoice:
 
     Attributes:
         scene: Scene of the robot, with the chosen cover.
+        default: Cover that it has without the choice.
     """
 
     scene: Scene
+    default: CoverSpec
 
     @property
     def robot(self) -> str:
@@ -133,8 +135,8 @@ class MapFilePresenter(Presenter):
     """Another scene is edited; that Scene if the user chose its skin before it was opened, else None."""
     choice_restored = Signal()
     """Show the chosen skin, which a crash left."""
-    unopened_restored = Signal(Scene)
-    """Show the skin that is chosen for this scene, which is not open; a crash left it."""
+    unopened_restored = Signal(UnopenedChoice)
+    """Show this skin, which is chosen for a scene that is not open; a crash left it."""
     apply_requested = Signal()
     """Apply the chosen skin, because it is being saved."""
     _autosave_ended = Signal()
@@ -591,9 +593,10 @@ class MapFilePresenter(Presenter):
                 self.note_choice(cover_from_toml(leftover.cover))
                 self.choice_restored.emit()
             if leftover.unopened:
-                choice = UnopenedChoice(scene_from_toml(leftover.unopened, name="restored"))
+                scene = scene_from_toml(leftover.unopened, name="restored")
+                choice = UnopenedChoice(scene, cover_from_toml(leftover.unchosen))
                 self.note_unopened(choice)
-                self.unopened_restored.emit(choice.scene)
+                self.unopened_restored.emit(choice)
 
     def _scene_of(self, leftover: Leftover) -> Scene:
         """Return the scene of an autosave, with the name of the scene that runs."""
@@ -821,6 +824,7 @@ class MapFilePresenter(Presenter):
         if self._due or self._file is None or document is None or self._editor.gesture:
             return
         texts = {"scene": self._scene_text, "cover": self._cover_text, "unopened": self._unopened_text}
+        texts["unchosen"] = "" if self._unopened is None else cover_to_toml(self._unopened.default)
         self._replaced = [*self._restored]
         self._writing = self._writer.submit(self._file.autosave, document, **texts)
         self._writing.add_done_callback(lambda _writing: self._autosave_ended.emit())
