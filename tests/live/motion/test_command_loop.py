@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from tactile_maps.live.motion.command_loop import CommandLoop
+from tactile_maps.live.motion.motion_sender import StopReason
 from tactile_maps.live.prepare import as_measured
 from tactile_maps.live.readings.readings import Reading, SourceEndedError, Unit
 from tactile_maps.live.session.connection import Connection
@@ -67,7 +68,7 @@ class Motion:
     def check_deadline(self):
         self.late.set()
 
-    def halt(self):
+    def halt(self, reason=StopReason.BY_HAND):
         self.halted += 1
 
 
@@ -197,14 +198,21 @@ def test_watchdog_checks_during_a_long_pass():
     assert passed == [True]
 
 
-def test_readings_wait_and_motion_is_checked_while_paused():
+def test_readings_wait_and_motion_stops_while_paused():
     motion = Motion()
     loop, frames = loop_of(motion, paused=lambda: True)
-    checked = threading.Event()
-    motion.check = checked.set
-    with closing(loop):
-        loop.start()
-        assert checked.wait(PATIENCE)
+    halted = threading.Event()
+    reasons = []
+
+    def halt(reason=StopReason.BY_HAND):
+        reasons.append(reason)
+        halted.set()
+
+    motion.halt = halt
+    loop.start()
+    assert halted.wait(PATIENCE)
+    assert reasons[0] is StopReason.PAUSED
+    loop.close()
     assert frames == []
 
 

@@ -21,7 +21,7 @@ from tactile_maps.live.checking.skin_check import SkinCheck
 from tactile_maps.live.motion.command_loop import CommandLoop
 from tactile_maps.live.motion.driver_channel import check_not_source, check_readings
 from tactile_maps.live.motion.motion_output import MotionOutput
-from tactile_maps.live.motion.motion_sender import MotionLimits
+from tactile_maps.live.motion.motion_sender import MotionLimits, StopReason
 from tactile_maps.live.prepare import as_measured
 from tactile_maps.live.session.connection import Connection, ConnectionStatus
 from tactile_maps.live.session.facts import MeasuredFacts, silent_text, swapped_texts
@@ -191,8 +191,11 @@ class LiveInput:
 
         Raises:
             UsageError: Readings lack a required token, or are received at the same address.
+            LiveError: The readings are paused: the robot would move without the user's action when they continue.
         """
         assert self._runner is not None
+        if self._runner.paused:
+            raise LiveError("the readings are paused", remedy="Press Play, or return from the recording to live")
         token = self.settings.options.token
         try:
             check_readings(self.settings.address, token)
@@ -202,12 +205,12 @@ class LiveInput:
         with self._runner.lock:
             self._motion.start(address, limits, token=token, accepted=accepted)
 
-    def stop_motion(self) -> None:
+    def stop_motion(self, reason: StopReason = StopReason.BY_HAND) -> None:
         """Send a stop command as the last one, at once, without waiting for the thread of the readings."""
         assert self._runner is not None
-        self._motion.halt()
+        self._motion.halt(reason)
         with self._runner.lock:
-            self._motion.stop()
+            self._motion.stop(reason)
 
     def begin_check(self) -> None:
         """Begin a guided check of the skin with the next readings, which also tare a skin that waits for it."""

@@ -11,7 +11,7 @@ from tactile_maps.live.motion.command_latency import LatencyFigures
 from tactile_maps.live.motion.driver_channel import check_sending, driver_channel
 from tactile_maps.live.motion.measured_controller import RequestedMotion
 from tactile_maps.live.motion.motion_output import MotionOutput
-from tactile_maps.live.motion.motion_sender import MotionLimits, SendingState
+from tactile_maps.live.motion.motion_sender import MotionLimits, SendingState, StopReason
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,15 +95,15 @@ class LiveMotion:
         output = self._made()  # may fail, so it precedes opening the channel
         output.start_sending(self._open.enter_context(driver_channel(address)), limits, token=token, accepted=accepted)
 
-    def stop(self) -> None:
+    def stop(self, reason: StopReason = StopReason.BY_HAND) -> None:
         """Send a stop command as the last one, and close the socket."""
-        self.halt()
+        self.halt(reason)
         self._open.close()
 
-    def halt(self) -> None:
+    def halt(self, reason: StopReason = StopReason.BY_HAND) -> None:
         """Send a stop command as the last one. Needs no lock."""
         if self._output is not None:
-            self._output.halt()
+            self._output.halt(reason)
 
     def take(self) -> None:
         """Process a new frame of the session. Cost: 1 to 3 ms while the motion is displayed or sent, else none."""

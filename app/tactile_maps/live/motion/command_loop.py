@@ -27,6 +27,7 @@ from typing import Any, Protocol
 
 import scipy.optimize  # noqa: F401 - modules that need it rarely import it late, which would delay a pass by 0.07 s
 
+from tactile_maps.live.motion.motion_sender import StopReason
 from tactile_maps.live.session.connection import Connection
 from tactile_maps.live.session.measured_session import MeasuredSession
 from tactile_maps.session.frame import Frame
@@ -65,7 +66,7 @@ class Motion(Protocol):
     def check_deadline(self) -> None:
         """Stop if ``take`` does not return; called from another thread."""
 
-    def halt(self) -> None:
+    def halt(self, reason: StopReason = StopReason.BY_HAND) -> None:
         """Stop; thread-safe."""
 
 
@@ -75,7 +76,7 @@ class _NoMotion:
     def take(self) -> None: ...
     def check(self) -> None: ...
     def check_deadline(self) -> None: ...
-    def halt(self) -> None: ...
+    def halt(self, reason: StopReason = StopReason.BY_HAND) -> None: ...
 
 
 class CommandLoop:
@@ -87,7 +88,7 @@ class CommandLoop:
         motion: Motion that follows from its frames; None if there is none.
         each: Called with every new frame on the loop's thread; it must not block.
         lock: Held during a pass.
-        paused: Returns True while readings are to wait.
+        paused: Returns True while readings are to wait. Motion stops then: it would start again with the next reading.
         shares: Whether the loop leaves half of the time to other threads, which share the interpreter lock. Then it is
             slower on a large skin, and combines readings that wait. Neither applies while motion is sent, nor to files.
 
@@ -165,9 +166,8 @@ class CommandLoop:
             while not ended.is_set():
                 self._connection.wait(POLL_SECONDS)
                 if self._paused():  # readings wait, and those beyond the limit are counted
+                    self._motion.halt(StopReason.PAUSED)
                     ended.wait(POLL_SECONDS)
-                    with self._lock:
-                        self._motion.check()
                     continue
                 start = time.perf_counter()
                 with self._lock:  # for one pass only, so that the window waits no longer

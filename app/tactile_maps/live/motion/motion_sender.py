@@ -72,6 +72,7 @@ class StopReason(StrEnum):
     """Reason why sending stopped; the value is the field ``why`` of the packets."""
 
     BY_HAND = "switched off"
+    PAUSED = "the readings were paused"
     FORCE = "a contact passed the limit of force"
     STALE = "no reading came in time"
     BACKLOG = "the readings are too old"

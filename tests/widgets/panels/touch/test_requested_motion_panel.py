@@ -10,8 +10,11 @@ import numpy as np
 import pytest
 from PySide6.QtWidgets import QApplication, QComboBox, QLabel, QLineEdit, QMessageBox, QPushButton
 
+from tactile_maps.core.errors import LiveError
 from tactile_maps.live.motion.motion_output import MotionOutput
+from tactile_maps.live.motion.motion_sender import MotionLimits
 from tactile_maps.live.sources.open import SourceOptions
+from tactile_maps.recording.player import open_recording
 from tactile_maps.tactile.press import press_skin
 from tactile_widgets.panels.panel_column import COLUMN_WIDTH
 from tactile_widgets.panels.touch.requested_motion_panel import RequestedMotionPanel
@@ -131,6 +134,59 @@ def test_motion_is_sent_only_once_armed_and_is_disarmed_by_each_end(panel, drive
         after()
         assert not switch.isChecked()
         assert not switch.isEnabled()
+
+
+@pytest.fixture
+def recording(window_again, panel, tmp_path):
+    """A recording of the panel's readings; fewer readings are left."""
+    live = window_again.live
+    live.recording.start(tmp_path / "felt.mcap")
+    panel.read(3)
+    live.recording.stop()
+    return open_recording(tmp_path / "felt.mcap")
+
+
+@pytest.mark.parametrize("mode", ["pause", "replay"])
+def test_motion_can_neither_be_armed_nor_sent_during_a_pause_or_replay(panel, driver, window_again, recording, mode):
+    live = window_again.live
+    address = f"udp://127.0.0.1:{driver.getsockname()[1]}"
+    panel.findChild(QLineEdit, "motion-address").setText(address)
+    choose(panel, "Hold force")
+    switch, armed = (panel.findChild(QPushButton, f"motion-{name}") for name in ("send", "arm"))
+    press(panel)
+    panel.read(2)
+    assert text(panel, "sent").startswith("Sending: ")
+    received(driver)
+    if mode == "pause":
+        live.set_paused(paused=True)
+        why = "The readings are paused. Press Play to arm."
+    else:
+        live.show_player(recording)
+        why = "A recording is shown. Press Back to live to arm."
+    assert [packet["why"] for packet in received(driver)] == ["the readings were paused"] * 3
+    stopped, reason = text(panel, "sent").split("\n")[0], text(panel, "sent").split("\n")[-1]
+    assert stopped.startswith("Stopped: the readings were paused. ")
+    assert reason == why
+    assert armed.toolTip() == switch.toolTip() == why
+    assert [message.text for message in window_again.notification_bar.messages if message.fault] == []
+    left_click(armed)
+    panel.arm()
+    left_click(switch)
+    assert (armed.isChecked(), switch.isChecked(), armed.isEnabled(), switch.isEnabled()) == (False,) * 4
+    with pytest.raises(LiveError, match="the readings are paused"):
+        live.live_input.send_motion(address, MotionLimits())
+    if mode == "pause":
+        live.set_paused(paused=False)
+    else:
+        live.replay.leave()
+    panel.read(3)
+    assert received(driver) == [], "the robot moved without being armed again"
+    assert armed.isEnabled()
+    assert "arm" not in text(panel, "sent")
+    assert "paused" not in armed.toolTip() + switch.toolTip()
+    press(panel)
+    panel.read(1)
+    assert [packet["state"] for packet in received(driver)] == ["stopped", "stopped", "moving"]
 
 
 @pytest.mark.long

@@ -15,6 +15,7 @@ from tactile_maps.live.motion.motion_sender import FORCES, SPEEDS, MotionLimits,
 from tactile_maps.live.session.facts import tare_doubt
 from tactile_maps.robots.model.robot import Robot
 from tactile_widgets.common.make import SteadyLabel, add_fact, make, push_button, row_layout, value_label
+from tactile_widgets.common.mode import Mode
 from tactile_widgets.common.number_field import NumberField
 from tactile_widgets.common.panel import FlatComboBox
 from tactile_widgets.common.sentence import as_sentence
@@ -34,6 +35,10 @@ ADDRESS = "udp://127.0.0.1:9900"
 _CONTROLLER_TIP = "Controller whose motion is shown; goal and gains are those from before connecting"
 _ARM_TIP = "Allow sending. Stopping, disconnecting, a pause and a replay take the permission back."
 _SEND_TIP = "Send the requested velocities: the robot may move. Press again to stop it. Arm it first."
+_BLOCKED = {
+    Mode.PAUSED: "The readings are paused. Press Play to arm.",
+    Mode.REPLAYING: "A recording is shown. Press Back to live to arm.",
+}
 _SLOWED_TIP = "Faster motion is slowed as a whole; the speed limits of the robot's model apply as well"
 
 
@@ -52,6 +57,7 @@ class RequestedMotionPanel(ConnectedPanel):
         super().__init__("Requested motion", _NAME, _REFRESH_MS, parent)
         self._error = ""
         self._accepted = ""  # the doubt about the tare with which the user armed
+        self._blocked = ""  # why the window's mode does not allow sending
         grid = self.grid()
         grid.setColumnStretch(0, 1)
         self._controller = make(
@@ -106,15 +112,20 @@ class RequestedMotionPanel(ConnectedPanel):
             self._switch.setChecked(False)
         self._show_armed()
 
-    def disarm(self) -> None:
-        """Stop sending, and require *Arm* before it starts again."""
-        if self._switch.isChecked():
-            self._act(LiveInput.stop_motion)
-        self._arm.setChecked(False)
+    def set_mode(self, mode: Mode) -> None:
+        """Stop sending and disarm where the readings are not shown as they arrive."""
+        self._blocked = _BLOCKED.get(mode, "")
+        if self._blocked:
+            if self._switch.isChecked():
+                self._act(lambda live: live.stop_motion(StopReason.PAUSED))
+            self._arm.setChecked(False)
         self._show_armed()
+        self.refresh()
 
     def arm(self) -> None:
-        """Arm, although the tare may be doubtful."""
+        """Arm, although the tare may be doubtful; does nothing where the window's mode does not allow it."""
+        if self._blocked:
+            return
         self._accepted = self._doubt
         self._arm.setChecked(True)
         self._show_armed()
@@ -141,8 +152,10 @@ class RequestedMotionPanel(ConnectedPanel):
 
     def _show_armed(self) -> None:
         active = self._switch.isChecked()
-        self._arm.setEnabled(not active)
+        self._arm.setEnabled(not active and not self._blocked)
         self._switch.setEnabled(active or self._arm.isChecked())
+        self._arm.setToolTip(self._blocked or _ARM_TIP)
+        self._switch.setToolTip(self._blocked or _SEND_TIP)
 
     def refresh(self) -> None:
         if self._input is None or (self.folded and not self._switch.isChecked()):
@@ -162,14 +175,14 @@ class RequestedMotionPanel(ConnectedPanel):
         if self._switch.isChecked() and not active:
             self._arm.setChecked(False)
             stopped = facts.sending.stopped
-            if not self._error and stopped not in (None, StopReason.BY_HAND):
+            if not self._error and stopped not in (None, StopReason.BY_HAND, StopReason.PAUSED):
                 self.stop_reported.emit(_reason(facts), stopped is StopReason.DOUBTFUL_TARE)
         self._switch.setChecked(active)
         self._show_armed()
         self._switch.setText("Stop sending" if active else "Send to the robot")
         for field in (self._address, self._speed, self._most_force):
             field.setEnabled(not active)
-        self._sent.setText(_sent_text(facts))
+        self._sent.setText("\n".join(filter(None, (_sent_text(facts), self._blocked))))
 
     def _elided(self, name: str, value: str) -> str:
         """Return name and value in one line; a name that is too long is cut in its middle."""

@@ -173,7 +173,7 @@ class LiveInputPresenter(Presenter):
         motion.tare_doubted.connect(self._on_tare_doubted)
         context.panels.get(SkinCheckPanel).report_requested.connect(self._choose_report)
         context.session.connection.changed.connect(self._on_live_input_changed)
-        context.session.mode_changed.connect(self._on_mode_changed)
+        context.session.mode_changed.connect(motion.set_mode)
 
     def ask(self) -> None:
         """Ask for a source; during a replay, first about unsaved edits of the map."""
@@ -214,11 +214,6 @@ class LiveInputPresenter(Presenter):
         path = self._context.dialogs.save_file("Save the report of the check", "skin check.html", "Web page (*.html)")
         if path:
             self._context.panels.get(SkinCheckPanel).save_report(path)
-
-    def _on_mode_changed(self, mode: Mode) -> None:
-        """Stop motion of the robot where the readings are not shown as they arrive."""
-        if mode is not Mode.RUNNING:
-            self._context.panels.get(RequestedMotionPanel).disarm()
 
     def _on_stop_reported(self, reason: str, by_tare: bool) -> None:
         """Report that the motion of the robot is no longer sent, until it is sent again."""
