@@ -262,6 +262,23 @@ def test_link_held_from_two_sides_is_grasped():
     assert end.duration == pytest.approx(0.5)
 
 
+def test_largest_forces_are_those_since_the_readings_changed_their_unit():
+    detector = EventDetector()
+    down = np.array([0.0, 0.0, -1.0])
+
+    def read(tick, force):
+        frame = (region(1, force=force), region(2, link_normal=down, force=force)) if force else ()
+        return detector.read(tick, 0.01 * tick, frame)
+
+    for tick in range(40):
+        read(tick, 50.0)
+    detector.forget_forces()
+    read(40, 3.0)
+    ended = read(41, 0.0)
+    assert {event.kind for event in ended} == {"press", "release", "grasp"}
+    assert {event.force for event in ended} == {3.0}
+
+
 def test_strongest_opposing_contacts_of_a_link_are_the_grasp():
     down = np.array([0.0, 0.0, -1.0])
     frame = (region(1), region(2, link_normal=down, force=0.5), region(3, link_normal=down, force=4.0))

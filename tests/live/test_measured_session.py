@@ -99,6 +99,23 @@ def test_three_axis_packets_give_frames_and_contacts_their_shear_after_a_tare():
     assert measured.facts.wrong_channels == ()
 
 
+def test_friction_measured_in_other_values_is_not_used():
+    measured = sheared_session()
+
+    def slide(first, readings):
+        for number in range(first, first + readings):
+            share = 0.02 * number
+            felt = (1 - share) * touched(taxel=30) + share * touched(taxel=38)
+            frame = measured.show(at(0.01 * number, felt, shear=sheared(felt, 0.2)))
+        return frame.regions[0].shear
+
+    found = slide(0, 30)
+    assert found.estimated
+    assert found.friction == pytest.approx(0.2, rel=0.02)
+    measured.readings.request_mode(ValueMode.BASELINE)
+    assert not slide(30, 1).estimated
+
+
 def test_single_values_of_a_three_axis_skin_have_no_shear():
     measured = sheared_session()
     frame = measured.show(at(0.0, touched()))

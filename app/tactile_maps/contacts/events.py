@@ -214,6 +214,11 @@ class ContactState:
             tick, time, kind, phase, (last.id,), (last.link,), last.at, force=last.force, duration=lasted
         )
 
+    def forget_force(self) -> None:
+        """Find the largest force from the next frame on."""
+        self._peak = 0.0
+        self._strongest = 0.0
+
     def leave(self, time: float) -> None:
         """Process a frame without the contact. It may come back."""
         if self._there:
@@ -342,6 +347,10 @@ class GraspPairs:
                 self._bonds[key] = _Pair(old.since, math.inf, one, other, max(force, old.force))
         return events
 
+    def forget_forces(self) -> None:
+        """Find the largest forces from the next frame on."""
+        self._bonds = {key: bond._replace(force=0.0) for key, bond in self._bonds.items()}
+
     def _found(
         self, regions: Mapping[int, ContactRegion]
     ) -> dict[tuple[EventKind, str], tuple[ContactRegion, ContactRegion]]:
@@ -392,6 +401,12 @@ class EventDetector:
         self._contacts: dict[int, ContactState] = {}
         self._pairs = GraspPairs()
         self.recent: tuple[ContactEvent, ...] = ()
+
+    def forget_forces(self) -> None:
+        """Find the largest forces from now on, because earlier readings had another unit."""
+        for contact in self._contacts.values():
+            contact.forget_force()
+        self._pairs.forget_forces()
 
     @property
     def touched(self) -> bool:

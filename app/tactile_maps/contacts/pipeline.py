@@ -294,6 +294,16 @@ class ContactPipeline:
         """Set the units of readings: without a unit of force, events have no forces."""
         self._events.claims_force = units.force is not None
 
+    def rescale(self, factors: FloatArray) -> None:
+        """Continue the contacts in readings of another unit or calibration.
+
+        Args:
+            factors: (taxels,) by which equal pressures read more from now on; 0 where earlier readings say nothing.
+        """
+        self._detector.rescale(factors)
+        self._events.forget_forces()
+        self._shear = None
+
     def reset(self) -> None:
         """Forget all contacts and events; ids start at 1 again."""
         self._detector.reset()

@@ -7,7 +7,7 @@ import pytest
 
 from tactile_maps.core.errors import LiveError
 from tactile_maps.core.reading_units import ReadingUnits
-from tactile_maps.live.calibration.calibration import GRAVITY, Calibration
+from tactile_maps.live.calibration.calibration import GRAVITY, Calibration, ValueMode
 from tactile_maps.live.calibration.weighing import RecentReadings, Weighing
 from tactile_maps.live.prepare import as_measured
 from tactile_maps.live.readings.arrival import Arrived
@@ -118,3 +118,81 @@ def test_last_seconds_are_averaged_and_must_be_steady():
             with pytest.raises(LiveError, match="is not at rest"):
                 recent.mean(np.ones(4))
     assert recent.mean(np.ones(4)) == pytest.approx(50 + noise[-51:].mean(axis=0), abs=1e-9)
+
+
+class NoisySkin:
+    """A tared skin with offsets of 8,000 counts and a noise of 0.6 counts, sampled at 100 Hz."""
+
+    def __init__(self):
+        self.session = MeasuredSession(as_measured(prepared_bar()), tare_first=True)
+        self._random = np.random.default_rng(3)
+        self._time = 0.0
+        self.session.tare(50)
+        self.show(np.zeros(60), 50)
+
+    def show(self, above, count=1):
+        """Return the frames of ``count`` readings with these counts above the untouched skin."""
+        frames = []
+        for _ in range(count):
+            self._time += 0.01
+            values = 8000.0 + above + self._random.normal(0.0, 0.6, 60)
+            frames.append(self.session.show(Arrived(Reading(self._time, values, Unit.COUNTS), self._time)))
+        return frames
+
+    def weigh(self, above, mass):
+        """Calibrate with a weight [kg] under which the skin reads ``above``."""
+        self.session.weights.begin(mass, 0.5)
+        self.show(above, 52)
+        assert self.session.facts.weighing.problem is None
+
+
+def forces(frames):
+    """Return the force of the only contact in each frame, which must keep its id."""
+    assert {tuple(region.id for region in frame.regions) for frame in frames} == {(1,)}
+    return [frame.regions[0].force for frame in frames]
+
+
+@pytest.mark.parametrize("factor", [1, 10, 100])
+def test_contact_continues_in_newtons_after_a_weight_and_in_counts_after_undo(factor):
+    """A threshold kept in counts would hide it in newtons; one kept in newtons would hide it in some frames later."""
+    skin = NoisySkin()
+    pressed = 3 * COUNTS
+    before = np.mean(forces(skin.show(pressed, 50)))
+    skin.weigh(pressed, 3 * factor * MASS)
+    assert np.mean(forces(skin.show(pressed, 50))) == pytest.approx(6.0 * factor, rel=0.02)
+    skin.session.weights.undo()
+    assert np.mean(forces(skin.show(pressed, 50))) == pytest.approx(before, rel=0.02)
+
+
+def test_contact_continues_while_the_displayed_values_change():
+    skin = NoisySkin()
+    skin.weigh(3 * COUNTS, 3 * MASS)
+    for mode in (ValueMode.BASELINE, ValueMode.PRESSURE):
+        skin.session.readings.request_mode(mode)
+        forces(skin.show(3 * COUNTS, 20))
+    skin.session.readings.request_mode(ValueMode.RAW)
+    skin.show(3 * COUNTS, 20)
+    skin.session.readings.request_mode(ValueMode.PRESSURE)
+    assert skin.show(3 * COUNTS)[0].regions[0].force == pytest.approx(6.0, rel=0.05)
+
+
+def test_residual_pressure_of_creep_is_no_contact_in_another_unit():
+    skin = NoisySkin()
+    skin.weigh(50 * COUNTS, 50 * MASS)
+    skin.show(np.zeros(60), 20)
+    skin.show(50 * COUNTS, 10)
+    left = 2.5 * COUNTS
+    assert all(frame.regions == () for frame in skin.show(left, 20))
+    for mode in (ValueMode.BASELINE, ValueMode.PRESSURE):
+        skin.session.readings.request_mode(mode)
+        assert all(frame.regions == () for frame in skin.show(left, 20))
+
+
+def test_largest_force_of_a_contact_is_not_that_in_counts():
+    skin = NoisySkin()
+    skin.show(3 * COUNTS, 10)
+    skin.weigh(3 * COUNTS, 3 * MASS)
+    skin.show(3 * COUNTS, 10)
+    frame = skin.show(np.zeros(60), 10)[-1]
+    released = next(event for event in frame.recent if event.kind == "release")
+    assert released.force == pytest.approx(6.0, rel=0.1)

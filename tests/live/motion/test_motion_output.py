@@ -14,7 +14,7 @@ from tactile_maps.contacts.pipeline import ReadingSettings
 from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.core.arrays import FloatArray
 from tactile_maps.core.errors import LiveError, SceneError
-from tactile_maps.live.calibration.calibration import Calibration
+from tactile_maps.live.calibration.calibration import GRAVITY, Calibration, ValueMode
 from tactile_maps.live.channels.last_heard import FROZEN_SECONDS
 from tactile_maps.live.motion.command_latency import latency_text
 from tactile_maps.live.motion.input_monitor import LEAST_PRESSURE
@@ -545,6 +545,34 @@ def test_force_below_the_contact_threshold_can_stop_motion():
     robot = _moving_with_threshold(1e6)
     robot.read(7.0)
     assert robot.output.sending.sending
+
+
+def test_force_is_known_at_once_when_pressures_are_shown_again():
+    robot = Robot()
+    robot.session.tare(20)
+    random = np.random.default_rng(5)
+    touch = press_skin(bar_skin(), bar_skin().taxel_point(30), force=9.0)
+
+    def read(count):
+        for _ in range(count):
+            robot.read(values=0.05 * touch + random.normal(0, 1.0, 60), unit=Unit.COUNTS)
+
+    robot.read(values=random.normal(0, 1.0, 60), unit=Unit.COUNTS)
+    for _ in range(20):
+        robot.read(values=random.normal(0, 1.0, 60), unit=Unit.COUNTS)
+    read(1)
+    robot.session.weights.weigh(9.0 / GRAVITY)
+    read(2)
+    assert robot.output.requested.force == pytest.approx(9.0, rel=0.05)
+    robot.session.readings.request_mode(ValueMode.BASELINE)
+    read(2)
+    robot.session.readings.request_mode(ValueMode.PRESSURE)
+    read(1)
+    assert robot.output.requested.force == pytest.approx(9.0, rel=0.05)
+    robot.start()
+    read(200)
+    assert _stopped(robot) is StopReason.FORCE
+    assert "below the contact threshold" not in robot.output.sending.detail
 
 
 def test_contact_threshold_inside_a_press_does_not_split_its_force():

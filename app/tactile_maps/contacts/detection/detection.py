@@ -245,6 +245,10 @@ class ContactDetector:
         self._sample: FloatArray | None = None
         self._estimated: FloatArray | None = None
 
+    def rescale(self, factors: FloatArray) -> None:
+        """Multiply the remembered readings by ``factors`` (taxels,), because readings have another unit from now on."""
+        self._strongest = self._strongest * factors
+
     def wait(self, *, period: float = 0.0, gaps: bool = False) -> None:
         """Let contacts that come back soon keep their id.
 

@@ -368,6 +368,8 @@ class MeasuredSession:
         units = readings.units
         if (used := readings.changed_calibration(np.flatnonzero(self._broken.broken))) is not None:
             self.inputs.append(clock.ticks, used)
+            if (factors := readings.take_rescaling()) is not None:
+                self._contacts.rescale(factors)
         self._contacts.set_broken_taxels(self._broken.broken)
         self._contacts.use_units(units)
         felt = np.zeros(len(pressures)) if readings.awaits_tare else pressures

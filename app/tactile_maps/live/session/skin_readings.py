@@ -117,6 +117,7 @@ class SkinReadings:
         self._given = calibration
         self.calibration = calibration or self._plain(Unit.COUNTS)
         self._recorded: CalibrationUsed | None = None
+        self._displayed: tuple[ValueMode, FloatArray] | None = None
 
         self._baseline = np.zeros(len(skin))
         self.tared = False
@@ -376,6 +377,20 @@ class SkinReadings:
             return slope if matrix is None else slope * np.linalg.norm(matrix[:, 0], axis=1)
         sign = np.sign(self.calibration.gain) if self.mode is ValueMode.BASELINE else np.ones(len(self._values))
         return np.asarray(self._scale * sign)
+
+    def take_rescaling(self) -> FloatArray | None:
+        """Return the factors (taxels,) of the displayed values since the last call; None if they are unchanged.
+
+        They are 0 for a change from or to raw values, which contain the offsets.
+        """
+        mode = self.mode
+        gains = np.abs(self._gains)
+        before = self._displayed
+        self._displayed = (mode, gains)
+        if before is None or (before[0] is mode and np.array_equal(before[1], gains)):
+            return None
+        raw = ValueMode.RAW in (before[0], mode)
+        return np.zeros(len(gains)) if raw else np.asarray(gains / before[1])
 
     @property
     def _scale(self) -> float:

@@ -171,6 +171,7 @@ def test_motion_can_neither_be_armed_nor_sent_during_a_pause_or_replay(panel, dr
     assert [message.text for message in window_again.notification_bar.messages if message.fault] == []
     left_click(armed)
     panel.arm()
+    assert not armed.isChecked()
     left_click(switch)
     assert (armed.isChecked(), switch.isChecked(), armed.isEnabled(), switch.isEnabled()) == (False,) * 4
     with pytest.raises(LiveError, match="the readings are paused"):
