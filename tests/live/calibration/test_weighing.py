@@ -196,3 +196,36 @@ def test_largest_force_of_a_contact_is_not_that_in_counts():
     frame = skin.show(np.zeros(60), 10)[-1]
     released = next(event for event in frame.recent if event.kind == "release")
     assert released.force == pytest.approx(6.0, rel=0.1)
+
+
+@pytest.mark.parametrize("taxels", [None, UNDER])
+@pytest.mark.parametrize("mode", list(ValueMode)[:2])
+def test_empty_skin_is_not_taken_for_the_weight(mode, taxels):
+    """Its mean is as often below as above zero."""
+    skin = NoisySkin()
+    skin.session.readings.request_mode(mode)
+    for _ in range(20):
+        skin.session.weights.begin(MASS, 0.5, taxels=taxels)
+        skin.show(np.zeros(60), 52)
+        state = skin.session.facts.weighing
+        assert "nothing seems to rest on the skin" in state.problem
+        assert "of the 6 standard deviations" in state.problem
+        assert "Put the weight on the skin" in state.problem
+        assert not state.falling
+        assert not state.undoable
+    with pytest.raises(LiveError, match="nothing seems to rest"):
+        skin.session.weights.weigh(MASS)
+    assert not skin.session.readings.calibration.known
+
+
+def test_light_weight_is_measured_on_the_taxels_under_it():
+    """It reads 8 counts on two taxels, whose noise is 0.6; the noise of all 60 is 4.6."""
+    skin = NoisySkin()
+    light = np.where(np.isin(np.arange(60), UNDER[:2]), 8.0, 0.0)
+    skin.session.weights.begin(MASS, 0.5)
+    skin.show(light, 52)
+    assert "select the taxels under a light weight" in skin.session.facts.weighing.problem
+    skin.session.weights.begin(MASS, 0.5, taxels=UNDER[:2])
+    skin.show(light, 52)
+    gain = skin.session.readings.calibration.gain
+    assert gain[0] == pytest.approx(2.0 / (8.0 * SKIN.areas[UNDER[:2]].sum()), rel=0.05)

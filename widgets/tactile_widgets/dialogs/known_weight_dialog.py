@@ -9,6 +9,7 @@ from tactile_maps.live.calibration.weighing import LONGEST
 from tactile_maps.live.session.facts import MeasuredFacts
 from tactile_maps.live.session.reading_gap import ReadingGap
 from tactile_widgets.common.make import make, push_button
+from tactile_widgets.common.sentence import as_sentence
 
 _STEPS = (
     "1. Tare while nothing touches the skin.\n"
@@ -79,7 +80,7 @@ class KnownWeightDialog(QDialog):
         elif weighing.falling and not error:
             text = "The readings fall under the weight: the gain is negative. Apply it?"
         elif error or weighing.problem:
-            text = error or str(weighing.problem)
+            text = as_sentence(error or str(weighing.problem))
         elif facts.taring or not facts.tared:
             text = "Taring…" if facts.taring else "Not tared yet: press Tare while nothing touches the skin."
         elif weighing.factor is not None:

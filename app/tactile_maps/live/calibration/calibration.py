@@ -15,7 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from tactile_maps.core.arrays import ArrayFields, FloatArray, IntArray
+from tactile_maps.contacts.detection.detection import NOISE_LIMIT
+from tactile_maps.core.arrays import ArrayFields, FloatArray, IntArray, length
 from tactile_maps.core.errors import LiveError
 from tactile_maps.core.files import write_atomically
 from tactile_maps.live.channels.matching import numbered_taxel, taxel_of
@@ -129,35 +130,53 @@ class Calibration(ArrayFields):
         return np.abs(self.gain) * on_curves(self.curve, np.sign(self.gain) * change)
 
     def with_weight(
-        self, change: FloatArray, areas: FloatArray, mass: float, *, taxels: IntArray | None = None
+        self,
+        change: FloatArray,
+        areas: FloatArray,
+        mass: float,
+        *,
+        taxels: IntArray | None = None,
+        noise: FloatArray | None = None,
     ) -> Calibration:
         """Return a calibration with gains scaled so that the load on the skin has the weight ``mass``.
 
         With ``taxels``, only their readings count and only their gains change. If no gain was measured before, all
-        gains are scaled.
+        gains are scaled. The force must exceed that of one reading's noise by ``NOISE_LIMIT`` standard deviations.
+        A mean of many readings has less noise, which leaves room for drift.
 
         Args:
             change: (n,) values above those of the untouched skin, in the readings' unit.
             areas: (n,) areas of the taxels [m²].
             mass: Mass of the weight [kg].
             taxels: (k,) taxels under the weight; None for any.
+            noise: (n,) standard deviations of the untouched taxels, in the readings' unit; None if unknown.
 
         Raises:
             FallingReadingsError: The readings fall under the weight.
-            LiveError: The mass is out of range, or the readings do not change under the weight.
+            LiveError: The mass is out of range, or the readings do not change under the weight by more than noise.
         """
         check_mass(mass)
         under: IntArray | slice = slice(None) if taxels is None else taxels
         force = float((self.pressures(change) * areas)[under].sum())
+        found = f"{force:.3g} N" if self.known else None
+        deviation = 0.0 if noise is None else length((self.slope * areas * noise)[under])
+        if 0 < abs(force) < NOISE_LIMIT * deviation:
+            remedy = (
+                "Put the weight on the skin; select the taxels under a light weight, so that only their noise counts"
+            )
+            ratio = (
+                f"{abs(force) / deviation:.1f} of the {NOISE_LIMIT:g} standard deviations of noise that are required"
+            )
+            raise LiveError("nothing seems to rest on the skin", value=ratio, remedy=remedy)
         if force < 0:
             remedy = (
                 "Check that nothing touched the skin during the tare. Where values fall under pressure, "
                 "the gain is negative: add --inverted, or apply it in the dialog of the weight"
             )
-            raise FallingReadingsError("the readings fall under the weight", value=f"{force:.3g} N", remedy=remedy)
+            raise FallingReadingsError("the readings fall under the weight", value=found, remedy=remedy)
         if not force > 0:
             remedy = "Tare the skin while nothing touches it, then put the weight on it"
-            raise LiveError("the readings do not change under the weight", value=f"{force:.3g} N", remedy=remedy)
+            raise LiveError("the readings do not change under the weight", value=found, remedy=remedy)
         gain = self.gain.copy()
         gain[under if self.known else slice(None)] *= mass * GRAVITY / force
         return replace(self, gain=gain, known=True)

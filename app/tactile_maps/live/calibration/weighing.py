@@ -74,10 +74,10 @@ class Weighing:
         self._count += 1
         return time >= self._until
 
-    def calibrated(self, before: Calibration, areas: FloatArray) -> tuple[Calibration, float]:
-        """Return the new calibration and the factor of its gains; raises LiveError as ``Calibration.with_weight``."""
+    def calibrated(self, before: Calibration, areas: FloatArray, noise: FloatArray | None) -> tuple[Calibration, float]:
+        """Return the new calibration and the factor of its gains; see ``Calibration.with_weight``."""
         assert self._sum is not None
-        after = before.with_weight(self._sum / self._count, areas, self._mass, taxels=self._taxels)
+        after = before.with_weight(self._sum / self._count, areas, self._mass, taxels=self._taxels, noise=noise)
         changed = int(np.argmax(after.gain != before.gain)) if self._taxels is None else int(self._taxels[0])
         return after, float(after.gain[changed] / before.gain[changed])
 

@@ -47,12 +47,13 @@ class KnownWeights:
         Uses the mean of the readings kept by ``remember``, otherwise the newest reading.
 
         Raises:
-            LiveError: The readings do not change, the weight is not at rest, or the skin was not tared.
+            LiveError: The readings do not change by more than noise, the weight is not at rest, or the skin was not
+                tared.
         """
         self._check_tared()
         before = self._readings.calibration
         change = self._readings.change if self._recent is None else self._recent.mean(before.slope * self._areas)
-        after = before.with_weight(change, self._areas, mass)
+        after = before.with_weight(change, self._areas, mass, noise=self._readings.deviations)
         self._undo.append(self._readings.calibrate(after))
         return after
 
@@ -108,10 +109,11 @@ class KnownWeights:
         weighing = self._weighing
         self._weighing = None
         before = self._readings.calibration
+        noise = self._readings.deviations
         try:
-            calibration, factor = weighing.calibrated(before, self._areas)
+            calibration, factor = weighing.calibrated(before, self._areas, noise)
         except FallingReadingsError as error:
-            calibration, factor = weighing.calibrated(before.inverted, self._areas)
+            calibration, factor = weighing.calibrated(before.inverted, self._areas, noise)
             self._negative = calibration, -factor
             self._state = WeighingState(problem=str(error), falling=True)
         except LiveError as error:

@@ -378,6 +378,12 @@ class SkinReadings:
         sign = np.sign(self.calibration.gain) if self.mode is ValueMode.BASELINE else np.ones(len(self._values))
         return np.asarray(self._scale * sign)
 
+    @property
+    def deviations(self) -> FloatArray | None:
+        """(taxels,) standard deviations of the untouched taxels, in the sent unit; None if no tare measured them."""
+        noise = self.noise
+        return None if noise is None else np.asarray(noise.scale * noise.sd / np.abs(self._gains))
+
     def take_rescaling(self) -> FloatArray | None:
         """Return the factors (taxels,) of the displayed values since the last call; None if they are unchanged.
 
