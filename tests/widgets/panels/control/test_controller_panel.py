@@ -374,9 +374,11 @@ def picture_in(theme, widget):
 
 
 @pytest.fixture
-def dark_theme():
+def dark_theme(qapp):
+    """Begin and end with the dark theme; widgets made before the first theme have another font until the second."""
+    apply_theme(qapp, DARK)
     yield
-    apply_theme(QApplication.instance(), DARK)
+    apply_theme(qapp, DARK)
 
 
 def test_link_follows_the_theme(panel, dark_theme):
@@ -387,7 +389,7 @@ def test_link_follows_the_theme(panel, dark_theme):
         assert other.link not in colours
 
 
-def test_ended_limit_follows_the_theme(line, dark_theme):
+def test_ended_limit_follows_the_theme(dark_theme, line):
     line.show_limits((ShownLimit(B, False),))
     dark = picture_in(DARK, line._words)
     after = picture_in(LIGHT, line._words)
