@@ -229,3 +229,20 @@ def test_light_weight_is_measured_on_the_taxels_under_it():
     skin.show(light, 52)
     gain = skin.session.readings.calibration.gain
     assert gain[0] == pytest.approx(2.0 / (8.0 * SKIN.areas[UNDER[:2]].sum()), rel=0.05)
+
+
+@pytest.mark.parametrize("mode", [ValueMode.RAW, ValueMode.BASELINE])
+def test_weight_shows_pressures_and_undo_the_values_before(mode):
+    skin = NoisySkin()
+    skin.session.readings.request_mode(mode)
+    skin.show(3 * COUNTS, 10)
+    skin.weigh(3 * COUNTS, 3 * MASS)
+    facts = skin.session.facts
+    assert (facts.mode, facts.calibrated, facts.known) == (ValueMode.PRESSURE, True, True)
+    assert skin.show(3 * COUNTS)[0].regions[0].force == pytest.approx(6.0, rel=0.05)
+    skin.session.readings.request_mode(ValueMode.BASELINE)
+    facts = skin.session.facts
+    assert (facts.mode, facts.calibrated, facts.known) == (ValueMode.BASELINE, False, True)
+    skin.session.weights.undo()
+    facts = skin.session.facts
+    assert (facts.mode, facts.calibrated, facts.known) == (mode, False, False)

@@ -72,7 +72,7 @@ class KnownWeightDialog(QDialog):
         self.measure.setEnabled(facts.tared and not facts.taring and weighing.left is None)
         self.negative.setVisible(weighing.falling)
         self.undo.setEnabled(weighing.undoable or weighing.left is not None)
-        self.save.setEnabled(facts.calibrated)
+        self.save.setEnabled(facts.known)
         if gap is not None and not error and (facts.taring or weighing.left is not None):
             text = f"{'The tare' if facts.taring else 'The measurement'} waits for readings: {gap.cause}."
         elif weighing.left is not None:
@@ -84,9 +84,10 @@ class KnownWeightDialog(QDialog):
         elif facts.taring or not facts.tared:
             text = "Taring…" if facts.taring else "Not tared yet: press Tare while nothing touches the skin."
         elif weighing.factor is not None:
-            text = f"Done: gains × {weighing.factor:.4g}. Readings are shown as pressure, contacts in newtons."
+            shown = " Readings are shown as pressure, contacts in newtons." if facts.calibrated else ""
+            text = f"Done: gains × {weighing.factor:.4g}.{shown}"
         else:
-            text = "Calibrated." if facts.calibrated else "Not calibrated."
+            text = "Calibrated." if facts.known else "Not calibrated."
         self.state.setText(text)
 
     def _number(self, name: str, high: float, value: float, unit: str) -> QDoubleSpinBox:

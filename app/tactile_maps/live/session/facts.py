@@ -34,7 +34,8 @@ class MeasuredFacts:
         swapped: Channels that are exchanged.
         unit: Unit of the newest reading.
         mode: Displayed quantity.
-        calibrated: Whether pressures and forces are calibrated.
+        calibrated: Whether calibrated pressures and forces are displayed.
+        known: Whether there is a calibration to display them with.
         mistimed: Number of readings with an implausible time, for which the time of arrival was used.
         combined: Number of readings without a frame of their own, because newer ones were waiting.
         taring: Whether the baseline is being measured.
@@ -65,6 +66,7 @@ class MeasuredFacts:
     unit: Unit | None
     mode: ValueMode
     calibrated: bool
+    known: bool
     mistimed: int
     combined: int
     taring: bool

@@ -227,6 +227,7 @@ class MeasuredSession:
             unit=readings.unit,
             mode=readings.mode,
             calibrated=readings.units.force is not None,
+            known=readings.calibration.known,
             mistimed=self._clock.mistimed,
             combined=self._combined,
             taring=readings.taring,

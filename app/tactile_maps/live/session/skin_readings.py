@@ -52,10 +52,12 @@ class CalibrationStep(NamedTuple):
     Attributes:
         calibration: The calibration.
         given: The same if it was given or measured; None if it follows from the unit.
+        mode: Requested quantity to display; None for the usual one.
     """
 
     calibration: Calibration
     given: Calibration | None
+    mode: ValueMode | None
 
 
 class SkinReadings:
@@ -284,15 +286,16 @@ class SkinReadings:
         self._report_noise(self.noise)
 
     def calibrate(self, calibration: Calibration) -> CalibrationStep:
-        """Use a calibration of this skin; return the previous one for ``restore``."""
-        before = CalibrationStep(self.calibration, self._given)
-        self.restore(CalibrationStep(calibration, calibration))
+        """Use a calibration of this skin, and display pressures; return the previous state for ``restore``."""
+        before = CalibrationStep(self.calibration, self._given, self._requested_mode)
+        self.restore(CalibrationStep(calibration, calibration, ValueMode.PRESSURE))
         return before
 
     def restore(self, step: CalibrationStep) -> None:
-        """Use the calibration before a step."""
+        """Use the calibration before a step, and display the same quantity as then."""
         self.calibration = step.calibration
         self._given = step.given
+        self._requested_mode = step.mode
         self._use_noise()
 
     @property

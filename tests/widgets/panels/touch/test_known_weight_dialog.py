@@ -5,11 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from PySide6.QtWidgets import QLabel, QPushButton
+from PySide6.QtWidgets import QComboBox, QLabel, QPushButton
 
+from tactile_maps.live.calibration.calibration import ValueMode
 from tactile_maps.live.readings.arrival import Arrived
 from tactile_maps.live.readings.readings import Reading, Unit
 from tactile_widgets.common.file_dialogs import FileDialog
+from tactile_widgets.common.note_list import NoteList
 from tactile_widgets.panels.touch.live_input_panel import LiveInputPanel
 from tactile_widgets.session.live_input import LiveInputSettings
 
@@ -42,9 +44,22 @@ def test_weight_calibrates_and_can_be_undone(window, tmp_path, monkeypatch):
     assert (session.readings.calibration.gain < 0).all()
     assert dialog.negative.isHidden()
     dialog.undo.click()
+    session.readings.request_mode(ValueMode.RAW)
     dialog.measure.click()
     send(5.0, 30.0)
-    assert "gains ×" in state.text()
+    assert state.text().startswith("Done: gains × ")
+    assert state.text().endswith("Readings are shown as pressure, contacts in newtons.")
+    values = panel.findChild(QComboBox, "live-mode")
+    notes = panel.findChild(NoteList, "live-notes")
+    assert values.currentText() == "Pressure (kPa)"
+    assert "No forces" not in "".join(note.words for note in notes.notes)
+    session.readings.request_mode(ValueMode.RAW)
+    send(6.0, 30.0)
+    assert "newtons" not in state.text()
+    words = "".join(note.words for note in notes.notes)
+    assert "Choose Pressure (kPa) under Values" in words
+    assert "Not calibrated" not in words
+    assert dialog.save.isEnabled()
     opened = []
     (tmp_path / "chosen").mkdir()
     path = str(tmp_path / "chosen" / "gains.csv")

@@ -337,7 +337,9 @@ def _notes(
     if few:
         cure = "They may be of another skin: open the skin or taxel file that belongs to them, then connect again."
         notes.append(Note("Taxels without a value", f"{as_sentence(few)}. {cure}", fault=True))
-    if facts.readings and not facts.calibrated:
+    if facts.readings and facts.known and not facts.calibrated:
+        notes.append(Note("No forces", "Choose Pressure (kPa) under Values to show calibrated pressures and forces."))
+    elif facts.readings and not facts.calibrated:
         notes.append(Note("Not calibrated", "Readings are shown in counts, and no forces are shown."))
     if facts.falling:
         cure = "If they fall under pressure, press Inverted. If the skin was touched during the tare, repeat the tare."
