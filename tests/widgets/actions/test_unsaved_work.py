@@ -17,7 +17,7 @@ from tactile_maps.skin.formats.taxel_files import write_taxels
 from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.dialogs.dialogs import Button
 from tests.widgets.actions.test_every_action import EFFECTS, TICK, Bench
-from tests.widgets.support.window_driver import answer, drop, press_map, run
+from tests.widgets.support.window_driver import answer, drop, kept_documents, press_map, run
 
 pytestmark = pytest.mark.long
 
@@ -52,7 +52,7 @@ class CarefulBench(Bench):
 
     def keeps(self, document):
         """Whether the document is still among the steps that can be undone or redone, also before another skin."""
-        kept = [one.history for one in self.window.presenters.map_files._kept]
+        kept = [one.history for one in kept_documents(self.window)]
         return any(step.document is document for one in (self.window.editor.history, *kept) for step in one._steps)
 
 

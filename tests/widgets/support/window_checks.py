@@ -20,6 +20,7 @@ from tactile_maps.scene.scene_file import load_scene
 from tactile_maps.session.runtime_settings import RuntimeSettings
 from tactile_widgets.common.mode import Mode
 from tactile_widgets.panels.model.skin_panel import SkinPanel
+from tests.widgets.support.window_driver import kept_documents
 
 HARMLESS = re.compile(r"This plugin does not support|not accepted by receiving widget")
 """Messages of the off-screen plugin, and of QTest about an event that no widget accepted."""
@@ -184,7 +185,7 @@ class KeptWork:
     def _has(self, document, before) -> bool:
         """Whether a document is shown, can be redone, or is kept for undo of a change of the skin."""
         steps = [step.document for step in self._window.editor.history._steps]
-        kept = [one.history.present for one in self._window.presenters.map_files._kept]
+        kept = [one.history.present for one in kept_documents(self._window)]
         return any(one is before for one in (document, *steps, *kept))
 
     def _applied(self, scene) -> bool:
@@ -198,7 +199,7 @@ class KeptWork:
 
     def _steps_back(self) -> bool:
         """Whether another step of the skin is shown, which has its own path."""
-        return bool(self._window.presenters.map_files._kept)
+        return bool(kept_documents(self._window))
 
     def _note_question(self) -> None:
         """A question stays asked while what it is about has not happened yet."""

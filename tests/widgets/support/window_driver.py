@@ -113,6 +113,11 @@ def answer(window, button, question="leave"):
     QApplication.processEvents()
 
 
+def kept_documents(window):
+    """Return the documents that were left by changes of the skin, and that Undo or Redo shows again."""
+    return [step.kept for step in window.presenters.tools.skin_steps._steps if step.kept is not None]
+
+
 def run(window, seconds):
     """Advance the simulation, and show the result."""
     for _ in range(max(round(seconds / 0.2), 1)):
