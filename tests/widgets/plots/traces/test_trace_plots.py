@@ -295,6 +295,24 @@ def test_axis_numbers_and_label_now_are_not_clipped_in_a_narrow_plot(qtbot, heig
         assert all(box.right() <= axis.size().width() for box, *_ in labels)
 
 
+@pytest.mark.parametrize("highest", [1.0, 900.0, 4e3, 5.2e3, 2e6, 1e10])
+def test_axis_of_large_values_has_numbers_above_zero(qtbot, highest):
+    plot = TracePlot("Contact strength (relative)", 5.0, None)
+    qtbot.addWidget(plot)
+    plot.resize(280, 150)
+    plot.show()
+    plot.reach(highest)
+    QApplication.processEvents()
+    axis = plot.plot.getAxis("left")
+    picture = QPicture()
+    painter = QPainter(picture)
+    *_, labels = axis.generateDrawSpecs(painter)
+    painter.end()
+    numbers = [float(text) for *_, text in labels]
+    assert len(numbers) >= 3
+    assert max(numbers) >= 0.8 * max(highest, 5.0)
+
+
 @pytest.mark.parametrize("entries", [4, 9])
 def test_labels_of_both_ends_stay_under_a_heading_of_several_lines(qtbot, entries):
     plot = TracePlot("Contact strength", 1.0, None)

@@ -125,19 +125,23 @@ class TracePlot(QWidget):
         left.setWidth(_LEFT_WIDTH)
 
     def _show_ticks(self) -> None:
-        """Draw three ticks only in a low plot or a small range, where the labels of more would not fit, or two."""
+        """Draw three ticks only in a low plot or a small range, where the labels of more would not fit, or two.
+
+        The axis is as wide as its labels, because labels that do not fit are not drawn.
+        """
         left = self.plot.getAxis("left")
+        metrics = QFontMetricsF(self.plot.small)
+        height = self.plot.getViewBox().height()
         bottom, top = ends = self._ends if any(self._ends) else (0.0, self._top)
         if self.plot.height() >= _ALL_TICKS_PX and top - bottom >= _ALL_TICKS_RANGE:
             left.setTicks(None)
-            left.setWidth(_LEFT_WIDTH)
-            return
-        room = self.plot.getViewBox().height() / QFontMetricsF(self.plot.small).height()
-        values = ends if room < _LABELS_FOR_THREE else (*ends, sum(ends) / 2)
-        ticks = [(value, f"{value:.6g}") for value in values]
-        widest = max(QFontMetricsF(self.plot.small).horizontalAdvance(text) for _, text in ticks)
-        left.setTicks([ticks])
-        left.setWidth(max(_LEFT_WIDTH, ceil(widest) + _LEFT_MARGIN))
+            step, values = left.tickValues(bottom, top, max(height, 1.0))[0]
+            texts = left.tickStrings(values, 1.0, step)
+        else:
+            ticks = ends if height < _LABELS_FOR_THREE * metrics.height() else (*ends, sum(ends) / 2)
+            texts = [f"{value:.6g}" for value in ticks]
+            left.setTicks([list(zip(ticks, texts, strict=True))])
+        left.setWidth(max(_LEFT_WIDTH, ceil(max(map(metrics.horizontalAdvance, texts))) + _LEFT_MARGIN))
 
     @property
     def heading(self) -> str:
