@@ -143,15 +143,21 @@ def transformed(drawn):
 
 def text_boxes(drawn, *, pixels=11):
     """Box of each text of an SVG, for a font of this size in units."""
+    return dict(texts_with_boxes(drawn, pixels=pixels))
+
+
+def texts_with_boxes(drawn, *, pixels=11):
+    """All texts of an SVG, each with its box."""
     font = QFont(QApplication.font())
     font.setPixelSize(pixels)
     metrics = QFontMetricsF(font)
     pattern = r'<text [^>]* x="([-\d.]+)" y="([-\d.]+)"[^>]*>([^<]+)</text>'
-    return {
-        text: view.mapRect(metrics.tightBoundingRect(text).translated(float(x), float(y)))
+    return [
+        (text, view.mapRect(metrics.tightBoundingRect(text).translated(float(x), float(y))))
         for view, content in transformed(drawn)
         for x, y, text in re.findall(pattern, content)
-    }
+        if not text.isspace()
+    ]
 
 
 def map_points(drawn):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from PySide6.QtCore import QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import (
@@ -39,6 +41,12 @@ _PARTS = {
     FigurePart.ROBOT: "Robot",
     FigurePart.MAP: "Map",
     FigurePart.PLOTS: "Plots",
+}
+_SCALE_BARS = {
+    FigurePart.VIEWS: " Robot and map have scale bars.",
+    FigurePart.ROBOT: " The robot has a scale bar.",
+    FigurePart.MAP: " The map has a scale bar.",
+    FigurePart.PLOTS: "",
 }
 _COLOURS = {
     FigureColours.PAPER: "On white",
@@ -87,14 +95,16 @@ class FigureDialog(QDialog):
 
     Args:
         theme: Theme of the sketch.
+        check: Raises ``DisplayError`` if a figure is too small for its content.
         parent: The window.
     """
 
     requested = Signal(FigurePart, FigureSpec)
     """Part of the window and settings of the figure."""
 
-    def __init__(self, theme: Theme, parent: QWidget) -> None:
+    def __init__(self, theme: Theme, check: Callable[[FigurePart, FigureSpec], None], parent: QWidget) -> None:
         super().__init__(parent)
+        self._check = check
         self.setObjectName("figure-dialog")
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowTitle("Save figure")
@@ -117,6 +127,7 @@ class FigureDialog(QDialog):
             valueChanged=self._on_changed,
         )
         self.column.activated.connect(self._on_column_chosen)
+        self.part.currentIndexChanged.connect(self._on_changed)
         self.note = caption_label(self)
         self.sketch = PageSketch(theme, self)
         self._lay_out()
@@ -161,14 +172,17 @@ class FigureDialog(QDialog):
         known = [words for words, one in _WIDTHS.items() if one == width]
         self.column.setCurrentText(known[0] if known else "Other width")
         self.sketch.show_size(width, self.height_mm.value())
+        part = FigurePart(self.part.currentData())
         try:
-            pixels = self._spec().pixels
+            spec = self._spec()
+            self._check(part, spec)
         except DisplayError as error:
             self.note.setText(str(error))
             self.save.setEnabled(False)
         else:
             self.save.setEnabled(True)
-            self.note.setText(f"PNG: {pixels[0]} × {pixels[1]} pixels. Robot and map have scale bars.")
+            width_px, height_px = spec.pixels
+            self.note.setText(f"PNG: {width_px} × {height_px} pixels.{_SCALE_BARS[part]}")
 
     def _on_accepted(self) -> None:
         part = FigurePart(self.part.currentData())

@@ -6,6 +6,7 @@ They have a cursor, zoom, a range, and a second recording dashed over them.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import ceil
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,6 +54,8 @@ _RASTER_HEIGHT = 110
 """Height of the raster of all taxels [px]."""
 _HEADING = 12.0
 """Height of the title above the raster [px]."""
+_LOWEST_LANE = 40.0
+"""Minimum height of a lane in a figure, with its title [px]."""
 _EMPTY = "The curves of the whole recording are being read."
 
 
@@ -215,6 +218,32 @@ class RecordingPlots(QWidget):
         """Set the text shown in place of missing curves."""
         self._empty = text
         self.update()
+
+    @property
+    def missing(self) -> str:
+        """Text shown in place of missing curves; empty if there are curves."""
+        return "" if len(self._times) else self._empty
+
+    def twin(self, theme: Theme) -> RecordingPlots:
+        """Return another widget with the same curves, in another theme and without a button."""
+        twin = RecordingPlots(theme)
+        twin.show_recording(self._duration, self._frame_seconds, self._units)
+        twin.show_added(self._added)
+        twin.show_curves(self._times, self._values)
+        twin.show_overlaid(self._other)
+        twin.show_raster(self._rows)
+        twin.show_pressures(self._pressures)
+        twin.set_scale(self._scale)
+        twin.show_notes(self._notes)
+        twin._show_view(self._view.start, self._view.length)
+        return twin
+
+    @property
+    def smallest(self) -> QSize:
+        """Size below which a figure of the lanes is unreadable."""
+        raster = _RASTER_HEIGHT * self.raster_shown / self.preferred_height(_USUAL_HEIGHT)
+        lanes = len(self._shown_lanes()) * (_LOWEST_LANE + _GAP) / (1 - raster)
+        return QSize(self.minimumWidth(), ceil(_TOP + lanes + _AXIS))
 
     def show_time(self, time: float) -> None:
         """Move the cursor to ``time`` [s]; a zoomed view follows it."""
@@ -387,21 +416,37 @@ class RecordingPlots(QWidget):
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         caption = small_font(self.font())
         painter.setFont(caption)
-        if not len(self._times):
+        if self.missing:
             painter.setPen(QColor(self._theme.quiet))
-            painter.drawText(QRectF(self.rect()), Qt.AlignmentFlag.AlignCenter, self._empty)
+            painter.drawText(QRectF(self.rect()), Qt.AlignmentFlag.AlignCenter, self.missing)
             return
         lanes = self._shown_lanes()
-        area = QRectF(self._left, _TOP, self._room, self.height() - _TOP - _AXIS)
+        area = self._area
         self._paint_range(painter, area)
+        self._paint_marks(painter, area)
         if self._picture is None or self._picture.devicePixelRatio() != self.devicePixelRatio():
             self._picture = self._curves_picture(lanes, caption)
         painter.drawPixmap(0, 0, self._picture)
-        paint_times(painter, self._theme, self._view, self._room, self.x_of, (area.bottom(), self.height() - 4))
+        self._paint_times(painter, area)
         painter.setPen(QPen(QColor(self._theme.accent), 1.5))
         self._paint_moment(painter, self._time, area)
         if self._hover is not None:
             self._paint_hover(painter, area, lanes)
+
+    def paint_figure(self, painter: QPainter) -> None:
+        """Draw curves, marks and times as vectors; without the cursor and the selected range."""
+        painter.setFont(small_font(self.font()))
+        self._paint_marks(painter, self._area)
+        self._paint_lanes(painter, self._shown_lanes())
+        self._paint_times(painter, self._area)
+
+    @property
+    def _area(self) -> QRectF:
+        """Place of all lanes."""
+        return QRectF(self._left, _TOP, self._room, self.height() - _TOP - _AXIS)
+
+    def _paint_times(self, painter: QPainter, area: QRectF) -> None:
+        paint_times(painter, self._theme, self._view, self._room, self.x_of, (area.bottom(), self.height() - 4))
 
     def _curves_picture(self, lanes: list[Lane], caption: QFont) -> QPixmap:
         """Return a picture of the lanes with their curves. Cost: 15 ms for ten minutes."""
@@ -412,6 +457,11 @@ class RecordingPlots(QWidget):
         painter = QPainter(picture)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setFont(caption)
+        self._paint_lanes(painter, lanes)
+        painter.end()
+        return picture
+
+    def _paint_lanes(self, painter: QPainter, lanes: list[Lane]) -> None:
         bottom = self._raster_box.top() - _HEADING - _GAP if self.raster_shown else self.height() - _AXIS
         height = (bottom - _TOP - _GAP * (len(lanes) - 1)) / len(lanes)
         lanes_painter = LanePainter(
@@ -421,8 +471,6 @@ class RecordingPlots(QWidget):
             lanes_painter.paint(painter, lane, QRectF(self._left, _TOP + number * (height + _GAP), self._room, height))
         if self._rows is not None:
             self._paint_raster(painter, self._rows)
-        painter.end()
-        return picture
 
     def _paint_raster(self, painter: QPainter, rows: TaxelRows) -> None:
         """Draw the raster with its title and the ids at its ends. Cost: 20 ms for 4000 taxels."""
@@ -457,6 +505,8 @@ class RecordingPlots(QWidget):
             shade = QColor(self._theme.accent)
             shade.setAlphaF(0.18)
             painter.fillRect(QRectF(left, area.top(), right - left, area.height()).intersected(area), shade)
+
+    def _paint_marks(self, painter: QPainter, area: QRectF) -> None:
         painter.setPen(QPen(QColor(self._theme.quiet), 1, Qt.PenStyle.DotLine))
         for time, _ in self._notes.marks:
             self._paint_moment(painter, time, area)

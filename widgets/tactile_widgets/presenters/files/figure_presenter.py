@@ -13,7 +13,12 @@ from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.context.presenter import Presenter
 from tactile_widgets.dialogs.figures.figure_dialog import FigureDialog
 from tactile_widgets.dialogs.figures.figure_file import FIGURE_KINDS, FigureColours, FigurePart, FigureSpec
-from tactile_widgets.dialogs.figures.plot_figure import write_plot_figure
+from tactile_widgets.dialogs.figures.plot_figure import (
+    plots_spec,
+    recording_spec,
+    write_plot_figure,
+    write_recording_figure,
+)
 from tactile_widgets.dialogs.figures.view_figure import ShownInViews, left_out_text, write_view_figure
 from tactile_widgets.plots.choice.plot_choice import PlotKey
 
@@ -39,7 +44,7 @@ class FigurePresenter(Presenter):
         part, spec = read_choice(self._context.settings.figure)
         self._plots = plots
         if self.dialog is None:
-            self.dialog = FigureDialog(self._context.theme.theme, self._window)
+            self.dialog = FigureDialog(self._context.theme.theme, self.check, self._window)
             self.dialog.requested.connect(self._on_requested)
             self.dialog.finished.connect(self._on_closed)
         self.dialog.show_choice(part if plots is None else FigurePart.PLOTS, spec)
@@ -68,18 +73,41 @@ class FigurePresenter(Presenter):
         """Write the present content; return the texts that are left out of a small figure.
 
         Raises:
-            DisplayError: No robot is open, or the file cannot be written.
+            DisplayError: No robot is open, plots are not read yet or do not fit, or the file cannot be written.
         """
         context = self._context
         if part is FigurePart.PLOTS:
-            keys = context.plots.shown_keys if self._plots is None else self._plots
-            write_plot_figure(context.plots, keys, path, spec)
+            if self._of_recording:
+                write_recording_figure(context.recording_plots, path, spec)
+            else:
+                write_plot_figure(context.plots, self._keys, path, spec)
             return ()
         if self._session.prepared is None:
             raise DisplayError("no robot is open", remedy="Open a robot or a scene first")
         document = context.editor.document if context.editor.enabled else None
         shown = ShownInViews(context.views, self._session.prepared, document, self._settings, self._session.shown)
         return write_view_figure(shown, part, path, spec)
+
+    def check(self, part: FigurePart, spec: FigureSpec) -> None:
+        """Check the size of a figure.
+
+        Raises:
+            DisplayError: The figure is too small for the plots.
+        """
+        if part is FigurePart.PLOTS and self._of_recording:
+            recording_spec(self._context.recording_plots, spec)
+        elif part is FigurePart.PLOTS:
+            plots_spec(self._context.plots, self._keys, spec)
+
+    @property
+    def _of_recording(self) -> bool:
+        """Whether the plots are those of a whole recording."""
+        replaying = self._session.replay.player is not None
+        return self._plots is None and replaying and self._context.settings.whole_recording
+
+    @property
+    def _keys(self) -> Sequence[PlotKey]:
+        return self._context.plots.shown_keys if self._plots is None else self._plots
 
 
 def choice_text(part: FigurePart, spec: FigureSpec) -> str:
