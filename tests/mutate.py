@@ -2,6 +2,7 @@
 
     .venv/bin/python -m tests.mutate                 # every mutation of tests/mutations.toml
     .venv/bin/python -m tests.mutate tank runner     # mutations whose description or file contains one of these words
+    .venv/bin/python -m tests.mutate --tenth 7       # the random tenth with this seed
     .venv/bin/python -m tests.mutate --check         # only check that each mutation applies to the present code
 
 Each mutation is made in a copy of the tree, where the tests named with it run as in the default run. Prints the
@@ -12,6 +13,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import random
 import shutil
 import subprocess
 import sys
@@ -68,6 +70,12 @@ def mutations() -> tuple[Mutation, ...]:
     """Read the list."""
     rows = tomllib.loads(LIST.read_text(encoding="utf8"))["mutation"]
     return tuple(Mutation(**{**row, "tests": tuple(row["tests"])}) for row in rows)
+
+
+def random_tenth(seed: int) -> tuple[Mutation, ...]:
+    """Draw a tenth of the list."""
+    listed = mutations()
+    return tuple(random.Random(seed).sample(listed, -(-len(listed) // 10)))
 
 
 def copy_tree(folder: Path) -> Path:
@@ -133,10 +141,11 @@ def main(words: Sequence[str] | None = None) -> int:
     """Run the program."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("words", nargs="*", help="only mutations with one of these in description or file")
+    parser.add_argument("--tenth", type=int, metavar="SEED", help="only a random tenth of the list")
     parser.add_argument("--check", action="store_true", help="only whether each can be made")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
     options = parser.parse_args(words)
-    every = mutations()
+    every = mutations() if options.tenth is None else random_tenth(options.tenth)
     chosen = [m for m in every if not options.words or any(word in m.what + m.file for word in options.words)]
     if options.check:
         problems = [f"{m.what}: {problem}" for m in chosen if (problem := m.problem())]
