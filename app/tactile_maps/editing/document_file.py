@@ -279,7 +279,14 @@ class DocumentFile:
         return None if self.path is None else self.path.with_name(self.path.name + AUTOSAVE_ENDING)
 
     def autosave(
-        self, document: MapDocument, *, scene: str = "", cover: str = "", unopened: str = "", unchosen: str = ""
+        self,
+        document: MapDocument,
+        *,
+        scene: str = "",
+        cover: str = "",
+        unopened: str = "",
+        unchosen: str = "",
+        origin: Mapping[str, str] | None = None,
     ) -> bool:
         """Write an autosave if the document or its scene has unsaved changes. Return whether it was written.
 
@@ -289,6 +296,8 @@ class DocumentFile:
             cover: Text of a cover that is chosen for its skin but not applied; empty without one.
             unopened: Text of a scene whose skin is chosen before it is opened; empty without one.
             unchosen: Text of the cover that this scene has without the choice; empty without one.
+            origin: Texts that name the document and state how to open it: ``name``, ``opened`` and ``opened_file`` of
+                ``Leftover``.
 
         May run in another thread, in order with ``save_as``; compression does not block the window.
 
@@ -302,7 +311,7 @@ class DocumentFile:
             return False
         if file is None or (document, texts) == self._autosaved:
             return False
-        about = {"file": "" if self.path is None else str(self.path), **texts}
+        about = {"file": "" if self.path is None else str(self.path), **texts, **({} if origin is None else origin)}
         write_atomically(file, document_to_bytes(document, about=about), error=MapError)
         self._autosaved = document, texts
         return True

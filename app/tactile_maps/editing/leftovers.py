@@ -25,6 +25,9 @@ class Leftover:
         unopened: Text of a scene whose skin was chosen before it was opened; empty without one.
         unchosen: Text of the cover that this scene has without the choice; empty without one.
         written: Time of the autosave [s since 1970].
+        name: Name of the document.
+        opened: Text of the scene that was opened for the document; empty if its skin was in no file.
+        opened_file: File of that scene; empty if it had none.
     """
 
     claim: FolderClaim
@@ -35,6 +38,14 @@ class Leftover:
     unopened: str
     unchosen: str
     written: float
+    name: str = ""
+    opened: str = ""
+    opened_file: str = ""
+
+    @property
+    def openable(self) -> bool:
+        """Whether the autosave states how to open its document."""
+        return bool(self.name and (self.opened or self.scene))
 
     @property
     def newer_than_file(self) -> bool:
@@ -81,9 +92,23 @@ def find_leftovers(parent: Path) -> list[Leftover]:
             file = Path(about["file"]) if about.get("file") else None
             document = document_from_bytes(data, file=path)
             texts = about.get("scene", ""), about.get("cover", ""), about.get("unopened", ""), about.get("unchosen", "")
-            leftover = Leftover(claim, document, file, *texts, path.stat().st_mtime)
+            origin = about.get("name", ""), about.get("opened", ""), about.get("opened_file", "")
+            leftover = Leftover(claim, document, file, *texts, path.stat().st_mtime, *origin)
         if leftover is None:
             claim.release()
         else:
             found.append(leftover)
+    return sorted(found, key=lambda leftover: -leftover.written)
+
+
+def leftovers_of_all(root: Path) -> list[Leftover]:
+    """Return the autosaves of all robots in ``root`` that no running process has, the newest first, without claims.
+
+    Raises:
+        OSError: A folder cannot be read.
+    """
+    folders = [path for path in root.iterdir() if path.is_dir()] if root.is_dir() else []
+    found = [leftover for folder in folders for leftover in find_leftovers(folder)]
+    for leftover in found:
+        leftover.release()
     return sorted(found, key=lambda leftover: -leftover.written)

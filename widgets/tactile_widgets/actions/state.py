@@ -49,6 +49,7 @@ class WindowState:
         can_restart_task: Whether the task can restart from its beginning.
         editable: Whether a map is shown that can be edited.
         restorable: Whether a crash left edits of the map.
+        unsaved_elsewhere: Whether a crash left edits of another document.
         edit_busy: Whether an edit is being computed.
         patches_selected: Whether patches are selected.
         tool: Current tool.
@@ -84,6 +85,7 @@ class WindowState:
     can_restart_task: bool = False
     editable: bool = False
     restorable: bool = False
+    unsaved_elsewhere: bool = False
     edit_busy: bool = False
     patches_selected: bool = False
     tool: ToolKind = POKE
@@ -156,6 +158,11 @@ def paused(state: WindowState) -> bool:
 def restorable(state: WindowState) -> bool:
     """Whether edits that a crash left can be restored now."""
     return state.editable and state.restorable
+
+
+def unsaved_elsewhere(state: WindowState) -> bool:
+    """Whether a crash left edits of another document."""
+    return state.unsaved_elsewhere
 
 
 def patches_selected(state: WindowState) -> bool:

@@ -36,6 +36,7 @@ from tactile_widgets.actions.state import (
     running,
     scripted,
     simulating,
+    unsaved_elsewhere,
 )
 from tactile_widgets.common.controller_settings import SETTING_CHOICES
 from tactile_widgets.common.settings import BaseLayer, NavigationStyle
@@ -213,6 +214,13 @@ _FILE = Menu(
                     "",
                     "Delete the edits of this map that were not saved when the program ended",
                     restorable,
+                ),
+                ActionSpec(
+                    "open_unsaved",
+                    "Open document",
+                    "",
+                    "Open another document with edits that were not saved when the program ended, the newest first",
+                    unsaved_elsewhere,
                 ),
             ),
         ),

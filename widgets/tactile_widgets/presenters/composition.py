@@ -16,6 +16,7 @@ from tactile_widgets.presenters.files.film_presenter import FilmPresenter
 from tactile_widgets.presenters.files.recordings_presenter import RecordingsPresenter
 from tactile_widgets.presenters.files.skin_presenter import SkinPresenter
 from tactile_widgets.presenters.files.study_presenter import StudyPresenter
+from tactile_widgets.presenters.files.unsaved_presenter import UnsavedPresenter
 from tactile_widgets.presenters.maps.map_edit_presenter import MapEditPresenter
 from tactile_widgets.presenters.maps.map_file_presenter import MapFilePresenter
 from tactile_widgets.presenters.maps.scene_file_presenter import SceneFilePresenter
@@ -56,6 +57,7 @@ class Presenters:
         self.arrivals = ArrivalPresenter(context, self.map_files, tools, parent)
         self.studies = StudyPresenter(context, parent)
         self.files = FilePresenter(context, effects, self.map_files, self.scene_file, self.studies, tools, parent)
+        self.unsaved = UnsavedPresenter(context, self.map_files, self.files, parent)
         self.skin = SkinPresenter(context, effects, self.map_files, self.files, tools, parent)
         self.plots = PlotsPresenter(context, parent)
         self.figure = FigurePresenter(context, parent)
@@ -81,7 +83,7 @@ class Presenters:
         self.comparison = ComparisonPresenter(context, effects, parent)
         self.accuracy = AccuracyPresenter(context, effects, parent)
         self.scene = ScenePresenter(context, effects, self.map_edit, parent)
-        self.state = StateTracker(context, tools, self.overlay, self.map_files, parent)
+        self.state = StateTracker(context, tools, self.overlay, self.map_files, self.unsaved, parent)
 
     def close(self) -> None:
         """Complete files and end background work."""

@@ -11,6 +11,7 @@ from tactile_widgets.common.mode import Mode
 from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.context.presenter import Presenter
 from tactile_widgets.panels.control.controller_panel import can_restart_task
+from tactile_widgets.presenters.files.unsaved_presenter import UnsavedPresenter
 from tactile_widgets.presenters.maps.map_file_presenter import MapFilePresenter
 from tactile_widgets.presenters.session.overlay_presenter import OverlayPresenter
 from tactile_widgets.tools.registry import Tools
@@ -39,6 +40,7 @@ class StateTracker(Presenter):
         tools: Tools,
         overlay: OverlayPresenter,
         map_files: MapFilePresenter,
+        unsaved: UnsavedPresenter,
         parent: QWidget,
     ) -> None:
         super().__init__(context, parent)
@@ -46,6 +48,7 @@ class StateTracker(Presenter):
         self._settings = ControlSettings()
         self._overlay = overlay
         self._map_files = map_files
+        self._unsaved = unsaved
         self.state = WindowState()
         session = context.session
         editor = context.editor
@@ -63,6 +66,7 @@ class StateTracker(Presenter):
             context.notes.changed,
             overlay.changed,
             map_files.changed,
+            unsaved.changed,
             editor.history_changed,
             editor.selection_changed,
             editor.enabled_changed,
@@ -115,6 +119,7 @@ class StateTracker(Presenter):
             can_restart_task=can_restart_task(settings),
             editable=editor.enabled and editor.document is not None,
             restorable=self._map_files.restorable,
+            unsaved_elsewhere=self._unsaved.found,
             edit_busy=editor.busy,
             patches_selected=bool(editor.selected),
             tool=self._tools.active,

@@ -267,6 +267,10 @@ class MapFilePresenter(Presenter):
         """Whether a crash left edits of the current map."""
         return bool(self._leftovers)
 
+    def offers(self, leftover: Leftover) -> bool:
+        """Whether ``leftover`` is among the edits that a crash left of the current map."""
+        return leftover.claim.folder in {own.claim.folder for own in self._leftovers}
+
     def _on_history_changed(self) -> None:
         if self._file is not None:
             self._discarded = False
@@ -826,7 +830,7 @@ class MapFilePresenter(Presenter):
         texts = {"scene": self._scene_text, "cover": self._cover_text, "unopened": self._unopened_text}
         texts["unchosen"] = "" if self._unopened is None else cover_to_toml(self._unopened.default)
         self._replaced = [*self._restored]
-        self._writing = self._writer.submit(self._file.autosave, document, **texts)
+        self._writing = self._writer.submit(self._file.autosave, document, origin=self._origin, **texts)
         self._writing.add_done_callback(lambda _writing: self._autosave_ended.emit())
 
     def _on_autosave_ended(self) -> None:
@@ -838,6 +842,13 @@ class MapFilePresenter(Presenter):
         """The scene that runs as text, if it has changes that are not saved; else empty."""
         scene = self._scene.to_write
         return scene_to_toml(scene) if scene is not None and {*self._changed} - {"map"} else ""
+
+    @property
+    def _origin(self) -> dict[str, str]:
+        """Name of the document, and the scene that was opened for it, for the next start after a crash."""
+        opened = "" if self._in_file is None else scene_to_toml(self._in_file)
+        file = self._scene.path
+        return {"name": self.name, "opened": opened, "opened_file": "" if file is None else str(file.absolute())}
 
     @property
     def _cover_text(self) -> str:
