@@ -548,9 +548,12 @@ class MapFilePresenter(Presenter):
         if not self._leftovers or not self._editor.enabled:
             return
         texts = list[str]()
-        if {"map", "skin"} & {*self.unsaved} and self._context.settings.preferences.asks(Question.RESTORE):
-            texts.append("The map was edited since. Restoring replaces these edits; Undo brings them back.")
         first = self._leftovers[0]
+        document = self._editor.document
+        on_skin = document is not None and same_skin(document.skin, first.document.skin)
+        replaced = {"map"} if on_skin else {"map", "skin"}
+        if replaced & {*self.unsaved} and self._context.settings.preferences.asks(Question.RESTORE):
+            texts.append("The map was edited since. Restoring replaces these edits; Undo brings them back.")
         if (first.cover and self._choice is not None) or (first.unopened and self._unopened is not None):
             texts.append("A skin was chosen since. Restoring replaces this choice.")
         if not texts:
