@@ -19,9 +19,12 @@ from PySide6.QtWidgets import QApplication, QMenu
 
 from tactile_maps.control.controller_registry import CONTROLLERS
 from tactile_maps.editing.arrange import EDGES, move, scale
+from tactile_maps.editing.document import MapDocument
+from tactile_maps.editing.document_file import DocumentFile
 from tactile_maps.editing.reflatten import set_method
 from tactile_maps.maps.paths import PathKind
 from tactile_maps.scene.scene import with_override
+from tactile_maps.scene.scene_file import scene_to_toml
 from tactile_widgets.actions.registry import specs_in
 from tactile_widgets.actions.table import REMEDIES, menu_bar
 from tactile_widgets.common.controller_settings import SETTING_CHOICES
@@ -305,6 +308,15 @@ def crashed(bench):
     bench.window.live.show_prepared(replace(prepared, map=replace(prepared.map, skin=skin)))
 
 
+def crashed_elsewhere(bench):
+    """Edits of another document were left."""
+    folder = bench.folder / "state" / "autosave" / "other" / "1"
+    folder.mkdir(parents=True)
+    origin = {"name": "Other", "opened": scene_to_toml(bench.prepared.scene)}
+    DocumentFile(None, None, folder=folder).autosave(MapDocument.of(bench.prepared.map), origin=origin)
+    bench.window.presenters.unsaved.search()
+
+
 def failed(bench):
     bench.live()
     blow_up(bench.window.live)
@@ -454,6 +466,7 @@ EFFECTS: dict[str, Effect] = {
     "save_map_as": Effect(LIVE, asked),
     "restore_map": Effect(crashed, document),
     "discard_restore": Effect(crashed, windows),
+    "open_unsaved": Effect(crashed_elsewhere, opening),
     "share_live": Effect(LIVE, of_state("shared_with")),
     "share_rerun": Effect(LIVE, lambda bench: bench.window.notification_bar.text),
     "copy_command": Effect(LIVE, clipboard),

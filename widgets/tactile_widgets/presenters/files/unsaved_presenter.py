@@ -51,9 +51,10 @@ class UnsavedPresenter(Presenter):
     def _on_begun(self, _chosen: object) -> None:
         if not self._searched or (self._newest is not None and self._map_files.offers(self._newest)):
             self._searched = True
-            self._search()
+            self.search()
 
-    def _search(self) -> None:
+    def search(self) -> None:
+        """Find the newest document, and show a message about it."""
         found: list[Leftover] = []
         with suppress(OSError):
             found = [leftover for leftover in leftovers_of_all(autosave_folder("")) if leftover.openable]
