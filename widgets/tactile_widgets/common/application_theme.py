@@ -125,6 +125,7 @@ def _style_sheet(theme: Theme) -> str:
         QHeaderView::section {{ background: {theme.panel}; color: {theme.quiet}; border: 0; padding: 2px 4px; }}
         QFileDialog QToolButton {{ padding: 3px; }}
         QFileDialog {{ {icons} }}
+        #morph {{ background: {theme.panel}; border-radius: 3px; }}
         *[role="heading"] {{ font-size: 13px; font-weight: 600; }}
         *[role="caption"] {{ font-size: 11px; color: {theme.quiet}; }}
     """

@@ -5,9 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, QPointF
+from PySide6.QtGui import QImage
 from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QLabel, QWidget
 
-from tactile_widgets.common.colours import DARK, PressureScale
+from tactile_widgets.common.application_theme import apply_theme
+from tactile_widgets.common.colours import DARK, THEMES, PressureScale
 from tactile_widgets.views.robot.caption_overlay import CUBE, cube_faces
 from tactile_widgets.views.robot.robot_view import RobotView
 from tests.widgets.support.robot_view_driver import BESIDE, LEFT, MIDDLE, NONE, SHIFT
@@ -47,6 +50,29 @@ def test_drag_off_skin_turns_or_pans(view, heard, button, keys, keeps):
     assert heard.acts == []
     assert np.linalg.norm(after.eye - before.eye) > 0.01
     np.testing.assert_allclose(getattr(after, keeps), getattr(before, keeps), atol=1e-12)
+
+
+@pytest.mark.parametrize("width", [200, 230, 480])
+def test_slider_to_the_map_is_whole_in_a_narrow_view(view, width):
+    view.resize(width, 300)
+    QApplication.processEvents()
+    slider = view.morph
+    assert view.rect().contains(slider.geometry())
+    for label in slider.findChildren(QLabel):
+        assert slider.rect().contains(label.geometry()), label.text()
+        assert label.width() >= label.sizeHint().width(), label.text()
+    assert slider.slider.width() >= 40
+    view.resize(480, 400)
+
+
+@pytest.mark.parametrize("theme", THEMES.values(), ids=THEMES)
+def test_slider_to_the_map_has_a_background(view, qapp, theme):
+    apply_theme(qapp, theme)
+    picture = QImage(view.morph.size(), QImage.Format.Format_RGB32)
+    picture.fill("#ff00ff")  # the robot behind it
+    view.morph.render(picture, QPoint(), renderFlags=QWidget.RenderFlag.DrawChildren)
+    assert picture.pixelColor(picture.width() // 2, 2).name() == theme.panel
+    apply_theme(qapp, DARK)
 
 
 def cube_face(view, name):

@@ -101,6 +101,10 @@ class FigureSpec:
 FIGURE_KINDS = {".svg": "SVG, vector (*.svg)", ".pdf": "PDF, vector (*.pdf)", ".png": "PNG, pixels (*.png)"}
 
 
+_EMPTY_PATH = re.compile(rb'<path [^<>]*\bd=""[^<>]*/>')
+"""Path without points, such as that of a curve with one sample: it draws nothing, and programs warn about it."""
+
+
 def write_figure(path: str | Path, spec: FigureSpec, background: str, paint: Callable[[QPainter], None]) -> None:
     """Write a figure that ``paint`` draws into ``spec.units``; an existing file is replaced.
 
@@ -154,7 +158,8 @@ def _svg(spec: FigureSpec, background: QColor, paint: Callable[[QPainter], None]
     _draw(QPainter(page), spec, background, paint)
     # Qt rounds the size to its units.
     size = f'width="{spec.width:g}mm" height="{spec.height:g}mm"'.encode()
-    return re.sub(rb'width="[\d.]+mm" height="[\d.]+mm"', size, bytes(written.data().data()), count=1)
+    drawn = re.sub(rb'width="[\d.]+mm" height="[\d.]+mm"', size, bytes(written.data().data()), count=1)
+    return _EMPTY_PATH.sub(b"", drawn)
 
 
 def _svg_file(spec: FigureSpec, background: QColor, paint: Callable[[QPainter], None]) -> bytes:

@@ -42,6 +42,8 @@ STEPS = 100
 EASE_MS = 150
 _WIDTH = 190
 _HEIGHT = 24
+_LEFT = 6
+"""Smallest distance of the slider from the left edge of the view [px]."""
 
 
 class MorphSlider(QWidget):
@@ -53,6 +55,7 @@ class MorphSlider(QWidget):
     def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
         self.setObjectName("morph")
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         left = make(QLabel, "Body", self, role="caption")
         self.slider = make(
             QSlider,
@@ -369,5 +372,6 @@ class RobotView(QWidget):
         super().resizeEvent(event)
         self.display.resize()
         self.card.setGeometry(self.rect())
+        self.morph.resize(min(_WIDTH, self.width() - _CUBE_ROOM - _LEFT), _HEIGHT)
         self.morph.move(self.width() - self.morph.width() - _CUBE_ROOM, self.height() - self.morph.height() - 11)
         self.display.overlay.control = QRectF(self.morph.geometry())
