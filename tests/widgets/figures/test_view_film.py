@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
@@ -68,3 +71,20 @@ def test_range_is_filmed_and_a_range_outside_is_rejected(qapp, recording, tmp_pa
     with pytest.raises(ExportError, match="Choose a part of 0 to 0.49 s"):
         film_recording(recording, tmp_path / "none.mp4", span=(3.0, 4.0))
     assert not (tmp_path / "none.mp4").exists()
+
+
+FILM = """
+import sys
+from pathlib import Path
+from tactile_widgets.dialogs.figures.film_job import FilmRequest, film
+
+film(FilmRequest(Path(sys.argv[1]), Path(sys.argv[2]), (320, 160), span=(0.0, 0.1)), lambda *_progress: None)
+"""
+
+
+@pytest.mark.long
+def test_film_in_its_own_process_writes_nothing_to_the_terminal(recording, tmp_path):
+    words = [sys.executable, "-c", FILM, str(recording), str(tmp_path / "push.mp4")]
+    done = subprocess.run(words, capture_output=True, text=True, check=True)
+    assert (tmp_path / "push.mp4").is_file()
+    assert done.stdout + done.stderr == ""

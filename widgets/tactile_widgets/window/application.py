@@ -23,7 +23,6 @@ from tactile_maps.session.session import Session
 os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
 os.environ.setdefault("QT_API", "pyside6")
 
-from PySide6.QtCore import QMessageLogContext, QtMsgType, qInstallMessageHandler
 from PySide6.QtGui import QIcon
 from PySide6.QtWidgets import QApplication
 
@@ -33,6 +32,7 @@ from tactile_widgets.common.colours import THEMES
 from tactile_widgets.common.guide_window import GuideWindow
 from tactile_widgets.common.settings import Settings
 from tactile_widgets.dialogs.figures.figure_file import FigureColours, FigurePart, FigureSpec, check_figure_kind
+from tactile_widgets.dialogs.figures.no_display import use_no_display
 from tactile_widgets.dialogs.figures.view_figure import left_out_text
 from tactile_widgets.jobs.later import call_later
 from tactile_widgets.session.backends import INLINE
@@ -138,7 +138,7 @@ def screenshot(
     Raises:
         TactileMapsError: The scene cannot be prepared, or the picture cannot be written.
     """
-    _use_no_display()
+    use_no_display()
     prepared = prepare_cached(scene, progress=progress)
     app = make_application()
     apply_theme(app, THEMES[theme])
@@ -181,7 +181,7 @@ def figure(
     """
     spec = FigureSpec(*size, dpi, FigureColours(colours))  # errors are raised before anything is prepared
     check_figure_kind(path)
-    _use_no_display()
+    use_no_display()
     prepared = prepare_cached(scene, progress=progress)
     app = make_application()
     apply_theme(app, THEMES["dark" if colours == "dark" else "light"])
@@ -191,17 +191,6 @@ def figure(
         return left_out_text(window.presenters.figure.save(FigurePart(part), Path(path), spec))
     finally:
         window.close()
-
-
-def _use_no_display() -> None:
-    """Use Qt's platform for pictures, without its message that it has no window manager for the limits of sizes."""
-    os.environ["QT_QPA_PLATFORM"] = "offscreen"
-    qInstallMessageHandler(_on_qt_message)
-
-
-def _on_qt_message(_kind: QtMsgType, _context: QMessageLogContext, text: str) -> None:
-    if "does not support propagateSizeHints" not in text:
-        sys.stderr.write(f"{text}\n")
 
 
 def _play(window: MainWindow, prepared: PreparedScene, seconds: float) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -32,7 +31,6 @@ class FilmRequest:
 
 def film(request: FilmRequest, report: Report) -> bool:
     """Make a film, and return whether the recording is complete. It runs in a separate process."""
-    os.environ["QT_QPA_PLATFORM"] = "offscreen"
     from tactile_widgets.dialogs.figures.view_film import film_recording  # the window starts faster without it
 
     player = film_recording(

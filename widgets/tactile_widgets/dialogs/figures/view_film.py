@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from fractions import Fraction
 from pathlib import Path
@@ -22,6 +21,7 @@ from tactile_maps.recording.player import RecordingPlayer, open_recording
 from tactile_maps.session.runtime_settings import RuntimeSettings
 from tactile_widgets.common.application_theme import apply_theme
 from tactile_widgets.common.colours import THEMES, PressureScale
+from tactile_widgets.dialogs.figures.no_display import use_no_display
 from tactile_widgets.views.linked_views import LinkedViews
 
 _REPORT_EVERY = 10
@@ -59,9 +59,10 @@ def film_recording(
 
     Cost: about 0.1 s per picture without a graphics card.
     """
-    os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
     player = open_recording(recording)
     first, last = _inside(player, span)
+    if QApplication.instance() is None:
+        use_no_display()
     with make_atomically(Path(path), error=ExportError, overwrite=overwrite) as part:
         app = QApplication.instance() or QApplication(sys.argv[:1])
         assert isinstance(app, QApplication)
