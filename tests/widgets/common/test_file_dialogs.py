@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QTimer
+from PySide6.QtCore import Qt, QTimer
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QDialog, QFileSystemModel
+from PySide6.QtWidgets import QApplication, QComboBox, QDialog, QFileSystemModel, QLineEdit
 
 from tactile_widgets.common.file_dialogs import FileDialog
 from tests.widgets.support.snapshots import FOLDER
@@ -37,3 +37,22 @@ def test_chosen_file_is_returned(qapp, tmp_path):
     assert FileDialog.open_file(None, "Open", str(tmp_path), "Maps (*.npz)") == str(tmp_path / "arm.npz")
     QTimer.singleShot(0, lambda: QApplication.activeModalWidget().reject())
     assert FileDialog.save_file(None, "Save", str(tmp_path / "new.npz"), "Maps (*.npz)") == ""
+
+
+def test_kind_of_the_proposed_name_is_chosen_and_another_kind_changes_the_name(qapp, tmp_path):
+    seen = []
+
+    def look():
+        dialog = QApplication.activeModalWidget()
+        kinds = dialog.findChild(QComboBox, "fileTypeCombo")
+        name = dialog.findChild(QLineEdit, "fileNameEdit")
+        seen.append((kinds.currentText(), name.text()))
+        QTest.keyClick(kinds, Qt.Key.Key_End)
+        seen.append((kinds.currentText(), name.text()))
+        dialog.reject()
+
+    QTimer.singleShot(0, look)
+    FileDialog.save_file(
+        None, "Save", str(tmp_path / "plots.pdf"), "Vector (*.svg);;Page (*.pdf *.eps);;Pixels (*.png)"
+    )
+    assert seen == [("Page (*.pdf *.eps)", "plots.pdf"), ("Pixels (*.png)", "plots.png")]

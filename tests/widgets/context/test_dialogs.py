@@ -5,11 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from PySide6.QtWidgets import QWidget
+from PySide6.QtCore import QTimer
+from PySide6.QtWidgets import QApplication, QDialogButtonBox, QLineEdit, QWidget
 
 from tactile_widgets.common.file_dialogs import RECORDING_FILTER, FileDialog
 from tactile_widgets.common.settings import Settings
 from tactile_widgets.dialogs.dialogs import Dialogs
+from tests.widgets.support.mouse import left_click
 
 
 @pytest.fixture
@@ -101,3 +103,20 @@ def test_first_dialogs_open_in_the_folder_of_recordings_of_the_document_or_of_do
     dialogs.document = lambda: tmp_path / "work" / "scene.toml"
     recordings = str(tmp_path / "recordings")
     assert starts() == [recordings, recordings, str(tmp_path / "work"), str(tmp_path / "work" / "arm.npz")]
+
+
+def test_export_to_a_folder_proposes_a_free_name_each_time(dialogs, tmp_path):
+    (tmp_path / "touch 17.40 csv 2").mkdir()
+    proposed = []
+
+    def accept():
+        dialog = QApplication.activeModalWidget()
+        proposed.append((dialog.directory().absolutePath(), dialog.findChild(QLineEdit, "fileNameEdit").text()))
+        left_click(dialog.findChild(QDialogButtonBox).button(QDialogButtonBox.StandardButton.Save))
+        if dialog.isVisible():
+            dialog.reject()
+
+    for _ in range(3):
+        QTimer.singleShot(0, accept)
+        Path(dialogs.save_file("Export recording", "touch 17.40 csv", "New folder (*)")).mkdir()
+    assert proposed == [(str(tmp_path), f"touch 17.40 csv{number}") for number in ("", " 3", " 4")]

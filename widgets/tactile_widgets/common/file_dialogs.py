@@ -6,6 +6,7 @@ such as some below ``/proc``, that never returns, and the window hangs.
 
 from __future__ import annotations
 
+from pathlib import PurePath
 from typing import overload
 
 from PySide6.QtCore import QFileInfo
@@ -48,16 +49,24 @@ class FileDialog(QFileDialog):
     def save_file(cls, parent: QWidget | None, title: str, directory: str, kinds: str) -> str:
         """Ask for a file to write, and before one is replaced; return an empty text if none is chosen.
 
-        A kind without a pattern, such as ``JSON: only for one link ()``, is greyed: it states why it cannot be chosen.
+        The kind of the proposed name is chosen at first. A kind without a pattern, such as
+        ``JSON: only for one link ()``, is greyed: it states why it cannot be chosen.
         """
         dialog = cls(parent, title, directory, kinds)
         dialog._grey_kinds()
+        dialog._choose_kind(PurePath(directory).suffix)
         dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
         dialog.setFileMode(QFileDialog.FileMode.AnyFile)
         if ";;" in kinds:  # a name without an extension gets that of the chosen format
             dialog.filterSelected.connect(dialog._on_filter_selected)
             dialog._on_filter_selected(dialog.selectedNameFilter())
         return dialog._first()
+
+    def _choose_kind(self, suffix: str) -> None:
+        for kind in self.nameFilters():
+            if suffix and f"*{suffix}" in kind.rpartition("(")[2].rstrip(")").split():
+                self.selectNameFilter(kind)
+                return
 
     def _grey_kinds(self) -> None:
         box = self.findChild(QComboBox, "fileTypeCombo")
