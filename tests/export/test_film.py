@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from tactile_maps.export.export import ExportOptions, export_recording
 from tactile_maps.export.pictures import FilmFrame
+from tactile_maps.recording.player import RecordingPlayer
+from tactile_maps.recording.trim import trim
 
 av = pytest.importorskip("av", reason="PyAV is not installed (extra export)")
 
@@ -60,11 +64,32 @@ def test_frames_are_the_drawn_pictures(pictures, player, frames):
 
 
 def test_pictures_state_the_time_at_which_they_are_shown(pictures, player):
-    canvas = FilmFrame(player.prepared.map, 10)
+    canvas = FilmFrame(player.prepared.map, 10, begins=float(player.times[0]))
     titles = [canvas.picture(player.frame(player.number_at(k / 20.0)))[:30].astype(int) for k in range(len(pictures))]
     for k, picture in enumerate(pictures):
         most_similar = np.argmin([np.abs(title - picture[:30]).sum() for title in titles])
         assert most_similar == k
+
+
+@pytest.fixture(scope="module")
+def late(player, tmp_path_factory):
+    """The second half of the recording, as a recording."""
+    path = tmp_path_factory.mktemp("late") / "late.mcap"
+    trim(player.path, path, first=player.tick_at(0.5 * player.duration))
+    return RecordingPlayer(path)
+
+
+@pytest.mark.parametrize("start", [None, 0.2])
+def test_captions_count_from_the_first_frame_of_the_recording_also_in_a_range(late, start, tmp_path):
+    assert late.times[0] > 0.2
+    span = None if start is None else (start, late.duration)
+    export_recording(late, tmp_path / "out.mp4", to="mp4", options=ExportOptions(rate=20.0), span=span)
+    with av.open(str(tmp_path / "out.mp4")) as container:
+        picture = next(container.decode(video=0)).to_ndarray(format="rgb24").astype(int)
+    frame = late.frame(late.number_at(start or 0.0))
+    canvas = FilmFrame(late.prepared.map, 10)
+    captions = {time: canvas.picture(replace(frame, time=time))[:30].astype(int) for time in (0.0, 0.2, frame.time)}
+    assert min(captions, key=lambda time: np.abs(captions[time] - picture[:30]).sum()) == (start or 0.0)
 
 
 def test_edited_map_is_drawn_from_the_tick_of_the_edit(pictures, player):

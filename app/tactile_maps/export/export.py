@@ -31,11 +31,14 @@ class ExportOptions:
         rate: Rate of a film, and of pictures in logs [Hz].
         fps: Rows per second of a LeRobot data set, each with all readings since the previous one; None for a row for
             each reading.
+        begins: Session time from which a film counts [s]; None for the first frame of the recording, also in an export
+            of a part.
     """
 
     image_width: int = 64
     rate: float = 25.0
     fps: int | None = None
+    begins: float | None = None
 
     def __post_init__(self) -> None:
         if not 0 <= self.image_width <= 2048:
@@ -109,6 +112,11 @@ def _lerobot(player: RecordingPlayer, path: Path, options: ExportOptions, progre
     write_lerobot(player, path, fps=options.fps, progress=progress)
 
 
+def _film(player: RecordingPlayer, path: Path, options: ExportOptions, progress: Progress) -> None:
+    begins = float(player.times[0]) if options.begins is None else options.begins
+    write_film(player, path, rate=options.rate, begins=begins, progress=progress)
+
+
 def _at_rate(write: Callable[..., None]) -> Writer:
     """Return a writer that passes only the rate to ``write``."""
 
@@ -158,7 +166,7 @@ FORMATS: Registry[ExportFormat] = Registry(
         ExportFormat("hdf5", "HDF5", ".h5", _tables(_hdf5), _IMAGES, ("h5py",)),
         ExportFormat("lerobot", "LeRobot data set", "", _lerobot, ("fps",), ("pyarrow", "av")),
         ExportFormat("rosbag2", "ROS 2 bag", "", _at_rate(write_rosbag), _PICTURES, ("rosbags",)),
-        ExportFormat("mp4", "Film of the tactile image", ".mp4", _at_rate(write_film), _PICTURES, ("av",)),
+        ExportFormat("mp4", "Film of the tactile image", ".mp4", _film, _PICTURES, ("av",)),
         ExportFormat("rerun", "Rerun recording", ".rrd", _at_rate(write_rerun), _PICTURES, ("rerun",), "rerun"),
     ),
     _guarded,
@@ -206,6 +214,7 @@ def export_recording(
     player = source if isinstance(source, RecordingPlayer) else RecordingPlayer(source)
     with make_atomically(target, error=ExportError, overwrite=overwrite) as path, ExitStack() as parts:
         if span is not None:
+            options = options if options.begins is not None else replace(options, begins=float(player.times[0]))
             folder = parts.enter_context(TemporaryDirectory(prefix=f".{target.name}-", dir=path.parent))
             player = _part(player, span, Path(folder), part_of_progress(progress, 0.0, _CUTTING))
             progress = part_of_progress(progress, _CUTTING, 1.0)

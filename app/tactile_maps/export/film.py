@@ -70,10 +70,12 @@ def open_film(path: Path, size: tuple[int, int], rate: Fraction, *, quality: int
         writer.finish()
 
 
-def write_film(player: RecordingPlayer, path: Path, *, rate: float, progress: Progress) -> None:
+def write_film(player: RecordingPlayer, path: Path, *, rate: float, begins: float, progress: Progress) -> None:
     """Write the film with one colour scale, up to the next round number above the highest pressure shown.
 
-    If frames are missing, the previous one stays. Cost: 10 ms per picture.
+    Captions state the time since ``begins`` [s of the session]. If frames are missing, the previous one stays.
+
+    Cost: 10 ms per picture.
     """
     count = int(player.duration * rate + 1e-9) + 1
     highest = 0.0
@@ -86,7 +88,7 @@ def write_film(player: RecordingPlayer, path: Path, *, rate: float, progress: Pr
     edits = [tick for tick, session_input in player.inputs if isinstance(session_input, MapEdited)]
     passed = 0
     draw = part_of_progress(progress, 0.1, 1.0)
-    canvas = FilmFrame(player.prepared.map, rounded_scale(1e-3 * highest))
+    canvas = FilmFrame(player.prepared.map, rounded_scale(1e-3 * highest), begins=begins)
     with open_film(path, canvas.size, Fraction(rate).limit_denominator(1000)) as film:
         for done in range(count):
             frame = player.frame(player.number_at(done / rate))

@@ -33,13 +33,15 @@ class FilmFrame:
     Args:
         map_: The map, which defines the size.
         full_scale: Pressure of the darkest colour [kPa].
+        begins: Session time that is shown as 0 [s].
 
     Attributes:
         size: Width and height [px], both even, as films require.
     """
 
-    def __init__(self, map_: TactileMap, full_scale: float) -> None:
+    def __init__(self, map_: TactileMap, full_scale: float, *, begins: float = 0.0) -> None:
         self._scale = full_scale
+        self._begins = begins
         extent = np.subtract(*map_.bounds[::-1])
         self._room = np.maximum(np.ceil(WIDTH * extent / extent.max()), 64).astype(int)
         width, height = self._room + (2 * _MARGIN + _BAR_SPACE, _TOP + _MARGIN)
@@ -65,7 +67,8 @@ class FilmFrame:
             self._draw_contact(pen, region, frame.units)
         force = frame.units.force_words(sum(region.force for region in frame.regions), 2, space=" ")
         total = "not calibrated" if force is None else force
-        pen.text((_MARGIN, 10), f"{frame.time:.2f} s    contacts: {len(frame.regions)}, {total}", _INK, self._font)
+        words = f"{frame.time - self._begins:.2f} s    contacts: {len(frame.regions)}, {total}"
+        pen.text((_MARGIN, 10), words, _INK, self._font)
         pen.text((self.size[0] - _BAR_SPACE, 10), frame.units.unit, _INK, self._font)
         return np.asarray(shown)
 

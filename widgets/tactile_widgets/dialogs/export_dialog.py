@@ -21,6 +21,8 @@ from tactile_widgets.common.make import STYLE_SPACING, accept_buttons, column_la
 from tactile_widgets.dialogs.figures.span_fields import SpanFields
 
 _MOST_FPS = 10_000
+_LATE = 0.05
+"""Session time of the first frame from which it is stated [s]; a session's first frame is at its first tick."""
 
 
 class ExportDialog(QDialog):
@@ -30,6 +32,7 @@ class ExportDialog(QDialog):
         duration: Duration of the recording [s].
         span: Selected range [s]; None if there is none.
         parent: The window.
+        begins: Session time of the first frame [s].
 
     Attributes:
         formats: List of the formats.
@@ -40,7 +43,9 @@ class ExportDialog(QDialog):
     requested = Signal(str, object, object)
     """Name of the format; start and end [s], None for the whole recording; rows per second, None for all readings."""
 
-    def __init__(self, duration: float, span: tuple[float, float] | None, parent: QWidget) -> None:
+    def __init__(
+        self, duration: float, span: tuple[float, float] | None, parent: QWidget, *, begins: float = 0.0
+    ) -> None:
         super().__init__(parent)
         self.setObjectName("export-dialog")
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
@@ -50,6 +55,7 @@ class ExportDialog(QDialog):
         self.fps = make(QSpinBox, self, objectName="export-fps", accessibleName="Rows per second", maximum=_MOST_FPS)
         self.fps.setSpecialValueText("Every reading")
         self.fps.setToolTip("LeRobot: a lower rate than that of the readings adds a window of the readings of each row")
+        self._begins = begins
         self._missing: dict[str, list[str]] = {}  # titles of formats by the command that installs their packages
         self._fill()
         self.note = make(QLabel, self, role="caption", wordWrap=True)
@@ -89,6 +95,9 @@ class ExportDialog(QDialog):
             lines = ["The end must not be before the beginning."]
         elif lines:
             lines.insert(0, "Formats that are not installed need one of these commands and a new start:")
+        if self._begins >= _LATE:
+            text = f"Tables and Rerun have the times of the session: the recording begins at {self._begins:.2f}\u202fs."
+            lines.append(text)
         show_text(self.note, "\n".join(lines))
 
     def _on_copy(self) -> None:

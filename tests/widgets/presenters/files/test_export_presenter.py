@@ -172,3 +172,16 @@ def test_recordings_without_viewer_messages_are_smaller(window, tmp_path):
     assert sizes[1] < sizes[0]
     assert window.action("record_for_viewers").isChecked()
     assert b"foxglove" not in (tmp_path / "without.mcap").read_bytes()
+
+
+def test_dialog_states_when_the_recording_begins_in_the_session(window, tmp_path):
+    run(window, 0.3)
+    record_run(window, tmp_path / "late.mcap", 0.2)
+    window.live.open_recording(tmp_path / "late.mcap")
+    window.action("export_recording").trigger()
+    (dialog,) = window.findChildren(ExportDialog)
+    begins = window.live.replay.player.times[0]
+    assert begins > 0.1
+    assert f"the recording begins at {begins:.2f} s." in dialog.note.text()
+    dialog.reject()
+    window.live.replay.leave()

@@ -80,7 +80,7 @@ class ExportPresenter(Presenter):
         from tactile_widgets.dialogs.export_dialog import ExportDialog  # imported late, for a faster start
 
         span = None if chosen is None else (chosen.start, chosen.end)
-        dialog = ExportDialog(player.duration, span, self._window)
+        dialog = ExportDialog(player.duration, span, self._window, begins=float(player.times[0]))
         dialog.requested.connect(partial(self._choose_target, str(player.path)))
         dialog.open()
 
