@@ -15,7 +15,7 @@ from tactile_widgets.dialogs.connect_dialog import KINDS
 from tactile_widgets.dialogs.dialogs import Button
 from tactile_widgets.tools.registry import PATH
 from tests.widgets.support.mouse import left_release
-from tests.widgets.support.window_driver import answer, press_map, run
+from tests.widgets.support.window_driver import answer, choose_effect, press_map, replay_run, run
 
 
 @pytest.fixture(scope="module")
@@ -169,6 +169,29 @@ def test_disconnect_keeps_the_settings_and_the_edited_map(prepared_by_user, tmp_
     window.live.reset()
     run(window, 0.05)
     assert window.live.runner.session.map is document.map
+
+
+@pytest.mark.parametrize("changed", [False, True])
+def test_connect_from_a_recording_does_not_change_the_scene(window, tmp_path, changed):
+    """Only an effect that was chosen while the session was recorded is unsaved, as after *Take over from here*."""
+    if changed:
+        window.live.recording.start(tmp_path / "a.mcap")
+        choose_effect(window, "gravity", "on")
+        run(window, 0.1)
+        window.live.recording.stop()
+        choose_effect(window, "gravity", "auto")
+        run(window, 0.05)
+        window.live.open_recording(tmp_path / "a.mcap")
+        window.live.replay.seek(0.1)
+    else:
+        replay_run(window, tmp_path / "a.mcap", 0.1)
+    unsaved = ("effects",) if changed else ()
+    connect(window, tmp_path)
+    assert window.presenters.scene_file.unsaved == unsaved
+    assert window.isWindowModified() is changed
+    window.action("disconnect").trigger()
+    run(window, 0.05)
+    assert window.presenters.scene_file.unsaved == unsaved
 
 
 class Viewer:

@@ -89,7 +89,8 @@ class SceneFilePresenter(Presenter):
         self.path_removed = False
         if not self._session.opening:
             self._next = None
-        self._in_file = RuntimeSettings.of_scene(prepared)
+        live_input = self._session.live_input
+        self._in_file = RuntimeSettings.of_scene(prepared if live_input is None else live_input.origin)
         self.changed.emit()
 
     def expect(self, path: Path | None) -> None:
