@@ -278,6 +278,7 @@ def missing_meshes(spec: mujoco.MjSpec, assets: Mapping[str, bytes]) -> dict[str
 MAX_HULL_VERTICES = 5000
 """Vertices of a convex hull. The time to compute a hull grows with the square of their number where they are on a
 circle: 50,000 take half a minute."""
+_FLAT_ACTION = "too flat for a collision shape of its own; skin on it can be touched"
 _FLAT = 1e-5  # thickness over size below which there is no convex hull
 _INERTIA_MARGIN = 3e-5  # margin of the triangle inequality of inertias
 _HOLLOW = 1e-6  # enclosed volume over that of the bounding box below which it carries no mass
@@ -303,7 +304,7 @@ def prepare_degenerate_meshes(spec: mujoco.MjSpec, assets: Mapping[str, bytes]) 
     for geom in stopped:
         geom.contype = geom.conaffinity = 0
     names = sorted({geom.meshname for geom in stopped})
-    return places_finding("flat-mesh", names, "visual only, without collision", count=len(stopped))
+    return places_finding("flat-mesh", names, _FLAT_ACTION, count=len(stopped))
 
 
 def _limit_hull(element: mujoco.MjsMesh, vertices: int) -> None:

@@ -28,6 +28,7 @@ from tactile_maps.geometry.surface.pose import Pose
 from tactile_maps.robots.kinematics import Configuration, limb_joints, link_parents
 from tactile_maps.robots.model.proportions import OVERSIZED
 from tactile_maps.robots.model.robot import Link, Robot
+from tactile_maps.skin.fitting.sheets import two_sided_findings
 from tactile_maps.skin.model.skin import (
     LOW_COVERAGE,
     PLACEHOLDER_COVERED,
@@ -199,7 +200,7 @@ def cover_robot(robot: Robot, spec: CoverSpec | None = None, *, progress: Progre
         reasons = f"pieces below {100 * _MIN_SHARE:.0f} % of their link's cover or {_MIN_TAXELS} taxels are left out"
         remedy = "place more taxels, or name other links"
         findings.append(low_coverage(", ".join(links), skin.coverage, reasons, remedy, 1))
-    return replace(skin, findings=tuple(findings))
+    return replace(skin, findings=(*findings, *two_sided_findings(skin, meshes)))
 
 
 def with_covers(skin: Skin, covers: Sequence[Skin]) -> Skin:
