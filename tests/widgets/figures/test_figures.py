@@ -128,6 +128,30 @@ def test_dialog_shows_pixels_stores_the_settings_and_the_robot_has_the_resolutio
     window.notification_bar.clear()
 
 
+@pytest.mark.parametrize(("size", "shown"), [((40.0, 30.0), False), ((170.0, 85.0), True)])
+def test_orientation_cube_of_a_small_figure_does_not_cover_the_robot(window, tmp_path, size, shown):
+    window.presenters.figure.save(FigurePart.ROBOT, tmp_path / "robot.svg", FigureSpec(*size, 96))
+    texts = text_boxes((tmp_path / "robot.svg").read_text())
+    assert any(text.endswith("at the middle of the view") for text in texts)
+    assert bool({"X", "Y", "Z"} & texts.keys()) is shown
+    assert window.robot_view.display.overlay.cube_shown
+
+
+def test_legend_of_arrows_is_in_the_corner_and_covers_no_part_of_the_robot(window, tmp_path):
+    """It has no slider below it, as in the window, and is smaller in a small figure."""
+    scales = {}
+    for size in ((170.0, 85.0), (40.0, 30.0)):
+        spec = FigureSpec(*size, 96)
+        part = FigurePart.VIEWS if size[0] > 100 else FigurePart.ROBOT
+        window.presenters.figure.save(part, tmp_path / "robot.svg", spec)
+        drawn = (tmp_path / "robot.svg").read_text()
+        page = QRectF(*map(float, re.search(r'viewBox="([^"]*)"', drawn)[1].split()))
+        assert text_boxes(drawn)["Arrow: 12\u202fmm per newton"].bottom() > page.bottom() - 25
+        scales[size] = page.width() / spec.units[0]
+    assert scales[170.0, 85.0] == pytest.approx(1.0, abs=0.01)
+    assert scales[40.0, 30.0] > 2.0
+
+
 def test_command_line_rejects_arguments_before_preparing(capsys, tmp_path):
     assert main(["screenshot", "--figure", "map", "--mm", "3x3", "-o", str(tmp_path / "a.pdf")]) == 1
     assert "20 to 1000 mm" in capsys.readouterr().err

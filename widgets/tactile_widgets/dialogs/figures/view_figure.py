@@ -97,7 +97,7 @@ def _copied(shown: ShownInViews, part: FigurePart, theme: Theme, spec: FigureSpe
         views.resize(*spec.units)
         views.show()
         views.show_prepared(shown.prepared)
-        views.robot.morph.hide()
+        views.robot.hide_morph()
         views.set_overlays(shown.views.overlays)
         views.set_faults(shown.views.faults)
         if shown.document is not None and shown.document.skin is shown.prepared.skin:
@@ -127,22 +127,25 @@ def _look_alike(views: LinkedViews, other: LinkedViews) -> None:
 def _fitted(spec: FigureSpec, views: LinkedViews, part: FigurePart) -> tuple[FigureSpec, frozenset[str]]:
     """Resize the views to the largest units at which the figure has room for its texts; return them and what has none.
 
-    Units shrink a little more if fewer forces hide another patch then, captions of contacts hide no contact and no
-    small patch, and fewer names hide skin. Forces and names that still do are left out.
+    Units shrink a little more if fewer captions cover the robot then, fewer forces hide another patch, captions of
+    contacts hide no contact and no small patch, and fewer names hide skin. Forces and names that still do are left out,
+    and at any size an orientation cube that covers the robot.
     """
     whole_map = views.map.camera.framed
     if part is not FigurePart.MAP:
         views.robot.display.draw_now(quality=1.0)  # the orientation cube needs a picture
-    found: list[tuple[tuple[int, bool, int], FigureSpec]] = []  # legible ones, the largest first
+    found: list[tuple[tuple[int, int, bool, int], FigureSpec]] = []  # legible ones, the largest first
     while True:
         fits = _resize(views, spec, whole_map=whole_map)
         names, forces = views.map.leave_out_hiding()
+        covering = 0 if part is FigurePart.MAP else _captions_over_robot(views)
         fits = fits and (part is FigurePart.ROBOT or views.map.legends_fit())
         if fits and (part is FigurePart.MAP or _robot_fits(views)):
-            if part is FigurePart.ROBOT:
-                return spec, frozenset()
-            found.append(((-len(forces), views.map.callouts_fit(), -len(names)), spec))
-            if found[-1][0] == (0, True, 0):
+            of_map = (0, True, 0)
+            if part is not FigurePart.ROBOT:
+                of_map = (-len(forces), views.map.callouts_fit(), -len(names))
+            found.append(((-covering, *of_map), spec))
+            if found[-1][0] == (0, 0, True, 0):
                 return spec, frozenset()
         if spec.units_per_inch > (_FOR_CAPTIONS * found[0][1].units_per_inch if found else _MOST_UNITS):
             break
@@ -151,6 +154,8 @@ def _fitted(spec: FigureSpec, views: LinkedViews, part: FigurePart) -> tuple[Fig
         _, spec = max(found, key=itemgetter(0))
         _resize(views, spec, whole_map=whole_map)
         names, forces = views.map.leave_out_hiding()
+        if part is not FigurePart.MAP:
+            _captions_over_robot(views)
     return spec, frozenset() if part is FigurePart.ROBOT else names | forces
 
 
@@ -160,6 +165,17 @@ def _resize(views: LinkedViews, spec: FigureSpec, *, whole_map: bool) -> bool:
     if whole_map:  # the legends of a figure have another size, compared with the map
         views.map.frame_all(still=True)
     return views.size().toTuple() == spec.units
+
+
+def _captions_over_robot(views: LinkedViews) -> int:
+    """Return how many captions cover a part of the robot; leave out the orientation cube if it does."""
+    display = views.robot.display
+    overlay = display.overlay
+    pixels = display.actors.viewpoint.pixels(display.actors.surface_points(), display.size)
+    overlay.cube_shown = not overlay.cube_covers(pixels)
+    boxes = [box for box in overlay.caption_boxes() if box != overlay.cube_box]
+    corners = [(box.topLeft().toTuple(), box.bottomRight().toTuple()) for box in boxes]
+    return sum(bool(((pixels > first) & (pixels < last)).all(axis=1).any()) for first, last in corners)
 
 
 def _robot_fits(views: LinkedViews) -> bool:

@@ -115,7 +115,7 @@ def _film(
 ) -> None:
     views.show()
     views.show_prepared(player.prepared)
-    views.robot.morph.hide()  # it cannot be moved in a film
+    views.robot.hide_morph()  # it cannot be moved in a film
     QApplication.processEvents()
     views.frame_all()
     shown: RuntimeSettings | None = None

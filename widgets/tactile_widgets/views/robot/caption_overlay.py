@@ -132,6 +132,7 @@ class CaptionOverlay(QWidget):
     Attributes:
         tool: Tool that may draw over everything; None without one.
         control: Box of a control that floats over the view; no caption covers it.
+        cube_shown: Whether the orientation cube is shown.
     """
 
     def __init__(self, theme: Theme, parent: QWidget) -> None:
@@ -140,6 +141,7 @@ class CaptionOverlay(QWidget):
         self._captions = Captions()
         self.tool: ViewTool | None = None
         self.control = QRectF()
+        self.cube_shown = True
         self.setObjectName("robot-overlay")
         self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
         self._caption, self._figure = caption_fonts(self.font())
@@ -171,8 +173,8 @@ class CaptionOverlay(QWidget):
             self._paint_quiet(painter, self.legend_box(shown.legend), shown.legend)
         for legend, box in self._legends():
             legend.paint(painter, box, self._caption, theme)
-        if shown.axes is not None:
-            self._paint_cube(painter, shown.axes, self._cube_middle())
+        if self._axes is not None:
+            self._paint_cube(painter, self._axes, self._cube_middle())
         paint_rubber_band(painter, shown.rubber_band, theme)
         if self.tool is not None:
             painter.save()
@@ -189,13 +191,11 @@ class CaptionOverlay(QWidget):
         """Return the boxes of all captions except those of forces, and of the cube and the control over the view."""
         shown = self._captions
         state = state_chips(self.font(), shown.state, self._counts())
-        cube = QRectF(0, 0, 4 * CUBE, 4 * CUBE)
-        cube.moveCenter(self._cube_middle())
         return [
             *(box for box, *_ in state),
             *([self.legend_box(shown.legend)] if shown.legend else []),
             *(box for _, box in self._legends()),
-            *([cube] if shown.axes is not None else []),
+            *([self.cube_box] if self._axes is not None else []),
             self.control,
         ]
 
@@ -228,15 +228,34 @@ class CaptionOverlay(QWidget):
 
     def cube_face_at(self, pixel: QPointF) -> CubeFace | None:
         """Return the face of the orientation cube under a pixel; None next to the cube."""
-        if self._captions.axes is None:
+        if self._axes is None:
             return None
         away = (pixel - self._cube_middle()) / CUBE
-        return next((face for face in cube_faces(self._captions.axes) if face.holds(away.x(), away.y())), None)
+        return next((face for face in cube_faces(self._axes) if face.holds(away.x(), away.y())), None)
 
     def near_cube(self, pixel: QPointF) -> bool:
         """Whether a pixel is where the orientation cube can be in any orientation."""
         away = pixel - self._cube_middle()
-        return self._captions.axes is not None and bool(np.hypot(away.x(), away.y()) < 2 * CUBE)
+        return self._axes is not None and bool(np.hypot(away.x(), away.y()) < 2 * CUBE)
+
+    @property
+    def cube_box(self) -> QRectF:
+        """Box of the orientation cube in any orientation."""
+        box = QRectF(0, 0, 4 * CUBE, 4 * CUBE)
+        box.moveCenter(self._cube_middle())
+        return box
+
+    @property
+    def _axes(self) -> FloatArray | None:
+        """Directions of the orientation cube; None if it is not shown."""
+        return self._captions.axes if self.cube_shown else None
+
+    def cube_covers(self, pixels: FloatArray) -> bool:
+        """Whether the orientation cube, if it is shown, would cover one of the pixels (k, 2)."""
+        axes = self._captions.axes
+        away = (pixels - np.array(self._cube_middle().toTuple())) / CUBE
+        near = away[np.hypot(*away.T) < np.sqrt(3)].tolist()
+        return axes is not None and any(face.holds(x, y) for face in cube_faces(axes) for x, y in near)
 
     def _cube_middle(self) -> QPointF:
         return QPointF(self.width() - 3 * CUBE, self.height() - 3 * CUBE)

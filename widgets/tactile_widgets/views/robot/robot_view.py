@@ -165,6 +165,7 @@ class RobotView(QWidget):
         self.card.clear()
         self.display.show_prepared(prepared)
         self.morph.show()
+        self._reserve_control()
         picker.hidden = self.display.actors.hidden
         self._picker = picker
         self._taxels = BodyTaxels(prepared, picker)
@@ -374,4 +375,13 @@ class RobotView(QWidget):
         self.card.setGeometry(self.rect())
         self.morph.resize(min(_WIDTH, self.width() - _CUBE_ROOM - _LEFT), _HEIGHT)
         self.morph.move(self.width() - self.morph.width() - _CUBE_ROOM, self.height() - self.morph.height() - 11)
-        self.display.overlay.control = QRectF(self.morph.geometry())
+        self._reserve_control()
+
+    def hide_morph(self) -> None:
+        """Hide the slider that flattens the skin, for pictures."""
+        self.morph.hide()
+        self._reserve_control()
+
+    def _reserve_control(self) -> None:
+        """Keep captions off the slider, if it is shown."""
+        self.display.overlay.control = QRectF() if self.morph.isHidden() else QRectF(self.morph.geometry())

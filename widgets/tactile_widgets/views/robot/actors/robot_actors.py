@@ -473,6 +473,19 @@ class RobotActors:
         shown = [one for one in self._bounds if one[0] not in self.hidden]
         return np.concatenate([box_corners(bounds, poses[number]) for number, bounds in shown or self._bounds])
 
+    def surface_points(self) -> FloatArray:
+        """Return the vertices and the middles of the triangles of shown links and patches (k, 3), world [m]."""
+        poses = self.poses
+        meshes = [(number, link.mesh) for number, link in enumerate(self.prepared.robot.links) if link.mesh is not None]
+        meshes += [(self.prepared.robot.link_index[p.link], p.surface) for p in self.prepared.skin.patches]
+        placed = [
+            np.concatenate([mesh.vertices, mesh.vertices[mesh.faces].mean(axis=1)]) @ poses[number][:3, :3].T
+            + poses[number][:3, 3]
+            for number, mesh in meshes
+            if number not in self.hidden
+        ]
+        return np.concatenate([*placed, np.zeros((0, 3))])
+
     def _move(self) -> None:
         """Move all actors, and remove those of hidden bodies; their own visibility is not changed."""
         poses = self.poses
