@@ -67,3 +67,9 @@ def test_group_text_round_trips_with_special_characters_in_the_name():
 def test_invalid_group_text_is_none(text):
     assert TaxelGroup.parse(text) is None
     assert PlotKey.parse(f"group-pressure:{text}") is None
+
+
+@pytest.mark.parametrize("joint", ["shoulder_pan_joint", "shoulder_pan"])
+def test_title_of_a_joint_names_the_word_joint_once(joint):
+    titles = [PlotKey(kind, joint).title for kind in (PlotKind.JOINT, PlotKind.JOINT_SPEED)]
+    assert titles == ["Joint shoulder pan", "Speed of joint shoulder pan"]

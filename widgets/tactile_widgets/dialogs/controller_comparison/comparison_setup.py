@@ -127,7 +127,7 @@ _SOURCES = {
     FILE: ("A recording…", "The inputs of a recording of any scene"),
 }
 _TASKS = {
-    "recorded": ("Task of the recording", "Task, path and force goal come with the stimulus"),
+    "recorded": ("Task of the stimulus", "Task, path and force goal come with the stimulus"),
     "own": ("Current task", "All controllers do the current task; changes of the force goal are kept"),
 }
 NO_STIMULUS = "No stimulus to compare controllers on: open a robot, or choose a recording."

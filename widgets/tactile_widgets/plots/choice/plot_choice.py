@@ -123,9 +123,9 @@ class PlotKey:
             case PlotKind.LINK:
                 return f"Force on {name}"
             case PlotKind.JOINT:
-                return f"Joint {name}"
+                return f"Joint {name.removesuffix(' joint')}"
             case PlotKind.JOINT_SPEED:
-                return f"Speed of joint {name}"
+                return f"Speed of joint {name.removesuffix(' joint')}"
             case PlotKind.LIMIT:
                 words = LimitKind(self.of).title
                 return f"Limit: {words}"
