@@ -96,7 +96,9 @@ class RecordingsDialog(QDialog):
         self._replay = partial(self._request, self.replay_requested)
         self._delete = partial(self._request, self.delete_requested)
         self.table.doubleClicked.connect(self._replay)
-        QShortcut(QKeySequence(Qt.Key.Key_Delete), self.table, self._delete, context=Qt.ShortcutContext.WidgetShortcut)
+        keys = {Qt.Key.Key_Delete: self._delete, Qt.Key.Key_Return: self._replay, Qt.Key.Key_Enter: self._replay}
+        for key, act in keys.items():
+            QShortcut(QKeySequence(key), self.table, act, context=Qt.ShortcutContext.WidgetShortcut)
         QShortcut(QKeySequence(QKeySequence.StandardKey.Undo), self, self.undo_requested.emit)
         self._lay_out()
         self._show_selected()
@@ -133,7 +135,7 @@ class RecordingsDialog(QDialog):
         choose = push_button(self, "recordings-folder", "Choose folder…", "", self.folder_requested, autoDefault=False)
         overlay = partial(self._request, self.overlay_requested)
         for name, words, tip, act in (
-            ("replay", "Replay", "Open the recording (double click)", self._replay),
+            ("replay", "Replay", "Open the recording (Return, double click)", self._replay),
             ("overlay", "Overlay", "Draw it dashed over the open recording", overlay),
             ("success", "Success", "The demonstration succeeded", partial(self._judge, Outcome.SUCCESS)),
             ("failure", "Failure", "The demonstration failed", partial(self._judge, Outcome.FAILURE)),

@@ -96,6 +96,16 @@ def test_list_closes_when_a_recording_is_replayed(window_again, dialog, folder, 
     assert name in (window.windowTitle() if name == "two.mcap" else window.notification_bar.text)
 
 
+@pytest.mark.parametrize("key", [Qt.Key.Key_Return, Qt.Key.Key_Enter])
+def test_return_replays_the_selected_recording(window_again, dialog, folder, key):
+    dialog.table.setFocus()
+    dialog.table.selectRow(row_of(dialog, "two.mcap"))
+    QTest.keyClick(dialog.table, key)
+    QApplication.processEvents()
+    assert window_again.presenters.recordings.dialog is None
+    assert "two.mcap" in window_again.windowTitle()
+
+
 @pytest.mark.long
 def test_recordings_are_listed_labelled_replayed_and_deleted(window_again, dialog, folder, prepared, recorded):
     window = window_again
