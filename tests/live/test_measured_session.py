@@ -461,6 +461,22 @@ def test_channel_that_changes_again_is_not_broken():
     assert "dead_taxels" not in region.force_parts
 
 
+def test_stuck_channel_is_distinguished_from_a_dead_one_until_it_changes():
+    measured = session(quiet_seconds=1.0)
+    for number in range(200):
+        values = noisy(number)
+        values[10] = 20.0
+        measured.show(at(0.02 * number, values))
+    used = [one for _, one in measured.inputs if isinstance(one, CalibrationUsed)][-1]
+    assert (used.broken.tolist(), used.stuck.tolist()) == ([10, 30], [10])
+    again = session()
+    again.adopt(used)
+    assert np.flatnonzero(again.stuck_taxels).tolist() == [10]
+    measured.show(at(4.0, noisy(200)))
+    assert not measured.stuck_taxels.any()
+    assert np.flatnonzero(measured.broken_taxels).tolist() == [30]
+
+
 def test_quiet_channel_of_a_skin_without_noise_is_not_broken():
     """A working taxel next to a changing contact may read zero all the time."""
     measured = session(quiet_seconds=1.0)

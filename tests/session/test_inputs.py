@@ -5,10 +5,12 @@ from __future__ import annotations
 from typing import get_args
 
 import numpy as np
+import pytest
 
 from tactile_maps.contacts.pipeline import ReadingSettings
 from tactile_maps.control.behaviours import Behaviour
 from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.core.errors import RecordingError
 from tactile_maps.recording.encoding.message_codecs import decode_input, encode_input
 from tactile_maps.scene.effects import Effects
 from tactile_maps.session.inputs import (
@@ -46,3 +48,21 @@ def test_every_input_can_be_recorded():
     assert (used.known, used.mode, used.spread) == (True, "baseline", None)
     for name in ("gain", "offset", "baseline"):
         np.testing.assert_array_equal(getattr(used, name), getattr(acts[-1], name))
+
+
+@pytest.mark.parametrize(
+    ("broken", "stuck", "problem"),
+    [([2, 5], [5], None), ([2, 5], [6], "a stuck taxel is not among"), ([2, 10_000], [], "invalid number of a broken")],
+)
+def test_stuck_taxels_are_among_the_broken_ones(broken, stuck, problem):
+    map_ = flat_map(30)
+    level = np.ones(len(map_.skin))
+    act = CalibrationUsed(
+        level, level, level, None, True, "raw", broken=np.array(broken, int), stuck=np.array(stuck, int)
+    )
+    written = encode_input(5, act, map_)
+    if problem is None:
+        assert decode_input(written, map_)[1].stuck.tolist() == stuck
+    else:
+        with pytest.raises(RecordingError, match=problem):
+            decode_input(written, map_)

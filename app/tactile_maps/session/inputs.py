@@ -110,6 +110,7 @@ class CalibrationUsed(ArrayFields):
         curve: (taxels, 2, k) curves of the taxels, see ``Calibration``; None if pressures are proportional.
         shear_baseline: (taxels, 2) result of the tare along t1 and t2, in that unit; None without one.
         matrix: (taxels, 3, 3) matrices of the taxels, see ``Calibration``; None if channels are independent.
+        stuck: (k,) numbers of the broken taxels that are stuck; ascending. The other broken ones are dead.
     """
 
     gain: FloatArray
@@ -125,6 +126,7 @@ class CalibrationUsed(ArrayFields):
     curve: FloatArray | None = field(default=None, metadata=LATER)
     shear_baseline: FloatArray | None = field(default=None, metadata=LATER)
     matrix: FloatArray | None = field(default=None, metadata=LATER)
+    stuck: IntArray = field(default_factory=lambda: np.zeros(0, np.int64), metadata=LATER)
 
 
 SessionInput = (

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Protocol, TypeVar
 
+import numpy as np
 from PySide6.QtCore import QObject, Signal
 
 from tactile_maps.control.controller_registry import scene_values
@@ -24,7 +25,7 @@ from tactile_maps.live.motion.motion_output import MotionOutput
 from tactile_maps.live.motion.motion_sender import MotionLimits, StopReason
 from tactile_maps.live.prepare import as_measured
 from tactile_maps.live.session.connection import Connection, ConnectionStatus
-from tactile_maps.live.session.facts import MeasuredFacts, silent_text, swapped_texts
+from tactile_maps.live.session.facts import MeasuredFacts, silent_text, swapped_texts, taxel_names
 from tactile_maps.live.session.measured_session import MeasuredSession, ReadingLevels
 from tactile_maps.live.session.reading_gap import GapWatch, PacketProblem, ProblemWatch, ReadingGap
 from tactile_maps.live.sources.open import SourceOptions, open_source
@@ -143,6 +144,13 @@ class LiveInput:
         with self._runner.lock:
             facts = self.session.facts
         return facts, tuple(silent_text(self.session.prepared.skin, one) for one in facts.silent)
+
+    def unheard(self) -> tuple[str, ...]:
+        """Return the names of the taxels for which no value has arrived."""
+        assert self._runner is not None
+        with self._runner.lock:
+            heard = self.session.readings.matcher.heard.copy()
+        return taxel_names(self.session.prepared.skin, np.flatnonzero(~heard))
 
     @property
     def age(self) -> float:

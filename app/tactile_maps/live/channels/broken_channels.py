@@ -15,7 +15,8 @@ class BrokenChannels:
         taxels: Number of taxels.
 
     Attributes:
-        broken: (taxels,) whether each is broken.
+        broken: (taxels,) whether each is broken: dead or stuck.
+        stuck: (taxels,) whether each is stuck.
     """
 
     def __init__(self, taxels: int) -> None:
@@ -25,6 +26,7 @@ class BrokenChannels:
     def reset(self) -> None:
         """Count all channels as working, and as never changed."""
         self.broken: BoolArray = np.zeros(self._count, dtype=bool)
+        self.stuck: BoolArray = np.zeros(self._count, dtype=bool)
         self._changed: BoolArray = np.zeros(self._count, dtype=bool)
 
     def add(self, taxels: IntArray, values: FloatArray, before: FloatArray) -> None:
@@ -32,6 +34,7 @@ class BrokenChannels:
         changed = taxels[~np.isnan(before) & (before != values)]
         self._changed[changed] = True
         self.broken[changed] = False
+        self.stuck[changed] = False
 
     def notice_silence(self, silent: tuple[SilentChannel, ...], spread: FloatArray | None) -> None:
         """Count silent channels as broken where a working one would have changed.
@@ -46,3 +49,4 @@ class BrokenChannels:
         for one in silent:
             varied = spread is not None and spread[one.taxel] > 0
             self.broken[one.taxel] |= varied or not self._changed[one.taxel]
+            self.stuck[one.taxel] = self.broken[one.taxel] and one.stuck

@@ -187,6 +187,11 @@ class MeasuredSession:
         return self._broken.broken.copy()
 
     @property
+    def stuck_taxels(self) -> BoolArray:
+        """(taxels,) whether the channel of each is stuck; the other broken ones are dead."""
+        return self._broken.stuck.copy()
+
+    @property
     def mean_rate(self) -> float:
         """Mean rate of readings by the sender's clock [Hz]; 0 before there are two."""
         return (self._used - 1) / self._clock.time if self._used > 1 and self._clock.time > 0 else 0.0
@@ -204,6 +209,7 @@ class MeasuredSession:
         """
         self.readings.adopt(used)
         self._broken.broken[used.broken] = True
+        self._broken.stuck[used.stuck] = True
 
     @property
     def facts(self) -> MeasuredFacts:
@@ -367,11 +373,13 @@ class MeasuredSession:
         pressures = readings.pressures()
         shear = readings.shear_tractions()
         units = readings.units
-        if (used := readings.changed_calibration(np.flatnonzero(self._broken.broken))) is not None:
+        broken = self._broken
+        used = readings.changed_calibration(np.flatnonzero(broken.broken), np.flatnonzero(broken.stuck))
+        if used is not None:
             self.inputs.append(clock.ticks, used)
             if (factors := readings.take_rescaling()) is not None:
                 self._contacts.rescale(factors)
-        self._contacts.set_broken_taxels(self._broken.broken)
+        self._contacts.set_broken_taxels(broken.broken)
         self._contacts.use_units(units)
         felt = np.zeros(len(pressures)) if readings.awaits_tare else pressures
         readings.notice_falling(pressures)

@@ -328,11 +328,12 @@ class SkinReadings:
         self.tared = used.spread is not None
         self._use_noise()
 
-    def changed_calibration(self, broken: IntArray) -> CalibrationUsed | None:
+    def changed_calibration(self, broken: IntArray, stuck: IntArray) -> CalibrationUsed | None:
         """Return the calibration if it has changed since the last call or reset, to display a recording with another.
 
         Args:
             broken: (k,) numbers of broken taxels, ascending.
+            stuck: (k,) numbers of those that are stuck, ascending.
         """
         now = self.calibration
         recorded = self._recorded
@@ -343,6 +344,7 @@ class SkinReadings:
             and recorded.baseline is self._baseline
             and recorded.mode == mode
             and np.array_equal(recorded.broken, broken)
+            and np.array_equal(recorded.stuck, stuck)
         ):
             return None
         used = CalibrationUsed(
@@ -359,6 +361,7 @@ class SkinReadings:
             now.curve,
             self.shear.baseline if self.shear.baseline.any() else None,
             now.matrix,
+            stuck,
         )
         self._baseline = used.baseline
         self._recorded = used

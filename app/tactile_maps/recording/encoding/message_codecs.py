@@ -12,6 +12,8 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Literal, NamedTuple, TypeAlias
 
+import numpy as np
+
 from tactile_maps.contacts.events import ContactEvent
 from tactile_maps.core.codec import dump_json, json_schema, load_json
 from tactile_maps.core.errors import RecordingError, SimulationError, TactileMapsError
@@ -119,6 +121,9 @@ def _check_calibration(found: CalibrationUsed, taxels: int, file: str | None) ->
     if found.broken.ndim != 1 or not ((found.broken >= 0) & (found.broken < taxels)).all():
         problem = "invalid number of a broken taxel"
         raise RecordingError(problem, file=file, place="/input: input.broken", value=found.broken, remedy=DAMAGED)
+    if found.stuck.ndim != 1 or not np.isin(found.stuck, found.broken).all():
+        problem = "a stuck taxel is not among the broken ones"
+        raise RecordingError(problem, file=file, place="/input: input.stuck", value=found.stuck, remedy=DAMAGED)
 
 
 def decode_input(data: bytes, base: TactileMap, *, file: str | None = None) -> tuple[int, SessionInput]:

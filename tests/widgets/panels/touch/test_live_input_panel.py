@@ -294,13 +294,15 @@ def test_no_contact_is_detected_before_the_tare_and_rows_keep_their_place(window
 
 @pytest.mark.long
 def test_channels_are_counted_and_listed_on_request(window, tmp_path):
-    """Every fifth channel sends nothing for six seconds, while all others vary."""
+    """Every fifth channel is constant for six seconds, while all others vary; one is stuck and two are not heard."""
     taxels = len(window.live.prepared.skin)
     values = np.random.default_rng(0).integers(0, 40, (600, taxels))
     values[:, ::5] = 7
+    values[:, 50] = 99
+    sent = np.delete(np.arange(taxels), [11, 102])
     path = tmp_path / "readings.csv"
-    lines = [f"time,{','.join(map(str, range(taxels)))}"]
-    lines += [f"{0.01 * number},{','.join(map(str, row))}" for number, row in enumerate(values.tolist())]
+    lines = [f"time,{','.join(map(str, sent))}"]
+    lines += [f"{0.01 * number},{','.join(map(str, row))}" for number, row in enumerate(values[:, sent].tolist())]
     path.write_text("\n".join(lines) + "\n")
     window.live.connection.open(LiveInputSettings(str(path), SourceOptions(speed=None)))
     panel = window.column.get(LiveInputPanel)
@@ -308,11 +310,15 @@ def test_channels_are_counted_and_listed_on_request(window, tmp_path):
     panel.refresh()
     before = places(window)
     button = panel.findChild(QPushButton, "live-channels")
-    count = int(button.text().removesuffix(" silent"))
+    count = int(button.text().removeprefix("2 not heard, ").removesuffix(" broken"))
     assert taxels // 6 < count <= taxels // 5
-    assert "Sends nothing" not in notes_of(panel)
+    assert "Broken" not in notes_of(panel)
     left_click(button)
-    assert notes_of(panel).count("Sends nothing: taxel ") == count
+    listed = notes_of(panel)
+    assert "Not heard: taxel 11, taxel 102" in listed
+    assert listed.count("Broken: taxel ") == count
+    assert listed.count(": dead at 7") == count - 1
+    assert "Broken: taxel 50: stuck at 99" in listed
     assert places(window) == before
     left_click(button)
     window.resize(1366, 600)
@@ -323,7 +329,8 @@ def test_channels_are_counted_and_listed_on_request(window, tmp_path):
     left_click(button)
     QApplication.processEvents()
     assert shown.visibleRegion().boundingRect().height() == shown.height(), "the list is scrolled into view"
-    assert notes.notes[notes.indexAt(QPoint(5, 5)).row()].head == "Sends nothing"
+    assert notes.notes[notes.indexAt(QPoint(5, 5)).row()].head == "Not heard"
+    left_click(button)
     window.live.connection.close()
 
 
@@ -421,7 +428,12 @@ def test_readings_of_fewer_than_three_quarters_of_the_taxels_are_questioned(wind
     panel.refresh()
     words = f"Taxels without a value: The readings have values of only {columns} of the skin's 150 taxels. They may be"
     assert (words in notes_of(panel)) is noted
-    assert panel.findChild(QPushButton, "live-channels").text() == f"{150 - columns} not heard"
+    button = panel.findChild(QPushButton, "live-channels")
+    assert button.text() == f"{150 - columns} not heard"
+    assert "Not heard" not in notes_of(panel)
+    left_click(button)
+    assert f"Not heard: taxel {columns}, taxel {columns + 1}, " in notes_of(panel)
+    left_click(button)
     window.live.connection.close()
 
 

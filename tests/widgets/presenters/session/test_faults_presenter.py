@@ -45,17 +45,18 @@ def test_simulated_dead_taxels_are_marked(window):
 
 
 def silent_table(window, taxels):
-    """Readings in counts that all change but for these ``taxels``, for eight seconds."""
+    """Readings in counts that all change but for these ``taxels``, the last of which is stuck, for eight seconds."""
     count = len(window.live.prepared.skin)
     rows = [f"time,sequence,{','.join(map(str, range(count)))}"]
     noise = np.random.default_rng(1).integers(0, 40, (80, count))
     noise[:, taxels] = 7
+    noise[:, taxels[-1]] = 60
     rows += [f"{0.1 * k:.1f},{k},{','.join(map(str, row))}" for k, row in enumerate(noise.tolist())]
     return "\n".join(rows) + "\n"
 
 
 def test_broken_channels_of_a_real_skin_are_marked_live_and_in_a_recording(window, tmp_path, qtbot):
-    silent = np.array([20, 40])
+    silent = np.array([20, 40, 60])
     path = tmp_path / "readings.csv"
     path.write_text(silent_table(window, silent))
     window.live.connection.open(LiveInputSettings(str(path), SourceOptions(speed=None)))
@@ -67,7 +68,8 @@ def test_broken_channels_of_a_real_skin_are_marked_live_and_in_a_recording(windo
 
     qtbot.waitUntil(lambda: bool(marked()), timeout=60_000)
     live = shown(window)
-    assert live == ({Fault.STUCK: "2 taxels stuck"}, True, "2 broken taxels: 2 estimated from neighbours")
+    on_map = {Fault.DEAD: "2 taxels dead", Fault.STUCK: "1 taxel stuck"}
+    assert live == (on_map, True, "3 broken taxels: 3 estimated from neighbours")
     window.live.recording.stop()
     window.live.show_player(open_recording(tmp_path / "silent.mcap"))
     assert shown(window)[0] == {}

@@ -1,4 +1,4 @@
-"""The live input: how readings of a real skin arrive, which values are shown, and which channels send nothing."""
+"""The live input: how readings of a real skin arrive, which values are shown, and which channels do not work."""
 
 from __future__ import annotations
 
@@ -47,7 +47,10 @@ _ROWS = {
 }
 _AWAITED = "The skin is not tared. Leave it untouched and press Tare; until then no contact is detected."
 _TARING = "Leave the skin untouched while its baseline is measured."
-_SILENT = "Sends nothing"
+_UNHEARD = "Not heard"
+_MOST_UNHEARD = 40
+"""Maximum number of taxels that a note about those not heard names."""
+_BROKEN = "Broken"
 _SWAPPED = "Seem swapped"
 _NO_NOTES = "Problems of the readings are listed here."
 
@@ -112,7 +115,7 @@ class LiveInputPanel(ConnectedPanel):
         tip = "Use a negative gain: for sensors whose values fall under pressure"
         self._inverted = push_button(self, "live-inverted", "No", tip, self._on_inverted_clicked, checkable=True)
         add_fact(grid, len(_ROWS) + 1, "Inverted", tip, self._inverted)
-        tip = "List the channels that send nothing, and those that seem swapped"
+        tip = "List the channels that are not heard, broken (dead or stuck), or seem swapped"
         self._channels = push_button(self, "live-channels", "All work", tip, self._on_channels_clicked, checkable=True)
         add_fact(grid, len(_ROWS) + 2, "Channels", tip, self._channels)
         self._notes = NoteList("live-notes", "Problems of the readings", _NO_NOTES, self)
@@ -166,12 +169,14 @@ class LiveInputPanel(ConnectedPanel):
         self._inverted.setText("Yes" if facts.inverted else "No")
         _request(self._inverted, requested=facts.falling)
         swapped = self._input.swapped(facts)
-        self._channels.setText(_channels_text(facts, len(silent), len(self._input.origin.skin)))
+        self._channels.setText(_channels_text(facts, len(self._input.origin.skin)))
         notes = _notes(status, facts, self._input.problems(status, facts), len(self._input.origin.skin))
         if self._error:
             notes.insert(0, Note("Not possible", as_sentence(self._error), fault=True))
         if self._channels.isChecked():
-            notes += [Note(_SILENT, text) for text in silent] + [Note(_SWAPPED, text) for text in swapped]
+            unheard = self._input.unheard()
+            notes += [Note(_UNHEARD, names_text(unheard, _MOST_UNHEARD))] if unheard else []
+            notes += [Note(_BROKEN, text) for text in silent] + [Note(_SWAPPED, text) for text in swapped]
         if tuple(notes) != self._notes.notes:  # otherwise the list would scroll back
             self._notes.show_notes(notes)
 
@@ -189,7 +194,7 @@ class LiveInputPanel(ConnectedPanel):
         """List the channels that do not work, or hide them; the list may be below the edge of the window."""
         self.refresh()
         heads = [note.head for note in self._notes.notes]
-        first = next((row for row, head in enumerate(heads) if head in (_SILENT, _SWAPPED)), None)
+        first = next((row for row, head in enumerate(heads) if head in (_UNHEARD, _BROKEN, _SWAPPED)), None)
         if listed and first is not None:
             self._notes.scrollToItem(self._notes.item(first), NoteList.ScrollHint.PositionAtTop)
             self.channels_listed.emit(self._notes)
@@ -311,13 +316,13 @@ def _counted(number: int, name: str) -> str:
     return counted(number, name.removesuffix("s")) if name.endswith("s") else f"{number} {name}"
 
 
-def _channels_text(facts: MeasuredFacts, silent: int, taxels: int) -> str:
+def _channels_text(facts: MeasuredFacts, taxels: int) -> str:
     """Return in words how many channels do not work."""
     if facts.unheard == taxels:
         return "None heard"
     texts = {
         f"{facts.unheard} not heard": facts.unheard,
-        f"{silent} silent": silent,
+        f"{len(facts.silent)} broken": len(facts.silent),
         counted(len(facts.swapped), "swapped pair"): len(facts.swapped),
     }
     return ", ".join(text for text, count in texts.items() if count) or "All work"

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 from PySide6.QtWidgets import QWidget
 
 from tactile_maps.contacts.pipeline import ReadingSettings
-from tactile_maps.core.arrays import BoolArray
 from tactile_maps.scene.effects import Effects
 from tactile_maps.session.frame import Frame
 from tactile_maps.session.inputs import CalibrationUsed
 from tactile_maps.session.prepare import PreparedScene
-from tactile_maps.tactile.sensors.sensor_effects import ALIVE, STUCK
+from tactile_maps.tactile.sensors.sensor_effects import ALIVE, DEAD, STUCK
 from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.context.presenter import Presenter
 from tactile_widgets.overlays.taxel_faults import TaxelFaults, faults_of
@@ -31,7 +31,7 @@ class FaultsPresenter(Presenter):
         self._prepared: PreparedScene | None = None
         self._effects = Effects()
         self._reading = ReadingSettings()
-        self._measured: BoolArray | None = None
+        self._measured: NDArray[np.int8] | None = None
         live = self._session
         live.prepared_changed.connect(self._on_prepared_changed)
         live.effects_changed.connect(self._on_effects_changed)
@@ -61,24 +61,24 @@ class FaultsPresenter(Presenter):
         if broken is None or before is None or not np.array_equal(broken, before):
             self._show()
 
-    def _broken_channels(self, frame: Frame) -> BoolArray:
-        """(taxels,) whether each was broken when a real skin sent the frame."""
-        broken = np.zeros(len(frame.pressures), dtype=bool)
+    def _broken_channels(self, frame: Frame) -> NDArray[np.int8]:
+        """(taxels,) 0 alive, 1 dead, 2 stuck when a real skin sent the frame."""
+        broken = np.full(len(frame.pressures), ALIVE, np.int8)
         if (player := self._session.replay.player) is not None:
             used = [one for tick, one in player.inputs if isinstance(one, CalibrationUsed) and tick <= frame.tick]
-            broken[used[-1].broken if used else []] = True
+            if used:
+                broken[used[-1].broken] = DEAD
+                broken[used[-1].stuck] = STUCK
         elif (live_input := self._session.live_input) is not None:
-            broken |= live_input.session.broken_taxels
+            broken[live_input.session.broken_taxels] = DEAD
+            broken[live_input.session.stuck_taxels] = STUCK
         return broken
 
     def _show(self) -> None:
         prepared = self._prepared
         if prepared is None:
             return
-        if self._measured is None:
-            faults = faults_of(prepared, self._effects)
-        else:
-            faults = TaxelFaults(np.where(self._measured, STUCK, ALIVE).astype(np.int8))
+        faults = faults_of(prepared, self._effects) if self._measured is None else TaxelFaults(self._measured)
         faults = faults.with_areas(prepared.skin, estimated=self._reading.broken_taxels == "estimated")
         self._context.views.set_faults(faults)
         self._context.panels.get(ContactsPanel).show_faults(faults)
