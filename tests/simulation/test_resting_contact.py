@@ -206,7 +206,6 @@ TURRET = """<mujoco><worldbody><body name="turret" pos="0 0 0.5">
 </body></worldbody></mujoco>"""
 
 
-@pytest.mark.long
 def test_link_with_its_centre_of_mass_on_its_axis_is_as_stiff_as_its_cover(tmp_path):
     file = tmp_path / "turret.xml"
     file.write_text(TURRET)

@@ -39,6 +39,12 @@ def notes_of(measurements):
     return notes
 
 
+@pytest.fixture(scope="module")
+def bar():
+    """A bar on a hinge, whose ticks cost least: thousands of them are timed."""
+    return prepared_bar()
+
+
 @pytest.fixture
 def live(qtbot, prepared):
     made = SessionHost(backends=replace(INLINE, executor=partial(InlineExecutor, hold=True)))
@@ -103,10 +109,13 @@ def test_failure_for_the_previous_scene_is_dropped(live, live_notes, prepared):
     assert live_notes[-1][0] == "weighed"
 
 
-@pytest.fixture(scope="module")
-def bar():
-    """A bar on a hinge, whose ticks cost least: thousands of them are timed."""
-    return prepared_bar()
+def test_costs_of_an_earlier_request_are_dropped(live, live_notes, bar):
+    for state in ("on", "auto"):
+        live.measurements.price(bar, with_override(bar.scene, "noise", state).effects)
+    finish(live)
+    assert [name for name, _ in live_notes] == ["priced"]
+    assert "joint_limits" in live_notes[0][1]
+    assert "noise" not in live_notes[0][1]
 
 
 @pytest.fixture(scope="module")
