@@ -293,7 +293,7 @@ def test_arrows_of_unknown_forces_are_relative_to_the_strongest_and_fit(stream, 
     display = window.robot_view.display
     display.draw_now()
     captions = display.overlay._captions
-    assert captions.legend == "Arrow: relative to the strongest, not calibrated"
+    assert captions.legend == "Arrow: relative to the strongest"
     assert captions.contacts > 5 >= len(captions.forces)
     arrows = display.actors.forces
     lengths = [np.linalg.norm(arrow[0] - arrow[1]) for arrow, _ in arrows]

@@ -211,10 +211,13 @@ class CaptionOverlay(QWidget):
         paint_chip(painter, box, text, self._caption, self._theme.quiet, self._theme.panel)
 
     def legend_box(self, text: str) -> QRectF:
-        """Return the box of the legend in the lower left corner, above a control that floats there."""
+        """Return the box of the legend in the lower left corner, above a control and the cube if it would meet them."""
         size = chip_size(text, self._caption)
         box = QRectF(QPointF(EDGE, self.height() - EDGE - size.height()), size)
-        return box.translated(0, self.control.top() - 4 - box.bottom()) if box.intersects(self.control) else box
+        for other in (self.control, *([self.cube_box] if self._axes is not None else [])):
+            if box.intersects(other):
+                box.moveBottom(other.top() - 4)
+        return box
 
     def _legends(self) -> list[tuple[Legend, QRectF]]:
         """Legends of layers and their boxes, one above the other over the legend of forces."""

@@ -37,7 +37,7 @@ def ring_radius(region: ContactRegion) -> float:
 def arrow_legend(units: ReadingUnits) -> str:
     """Return the caption that explains the length of arrows."""
     if units.force is None:
-        return "Arrow: relative to the strongest, not calibrated"
+        return "Arrow: relative to the strongest"
     return f"Arrow: {1e3 * ARROW_LENGTH:g}\u202fmm per newton"
 
 
