@@ -88,7 +88,7 @@ def test_foundation_damps_like_its_material(integrator, step):
     assert abs(speed) == pytest.approx(np.sqrt(turns**2 - rate**2), rel=0.03)
 
 
-@pytest.mark.sampled(10)
+@pytest.mark.sampled(15)
 @pytest.mark.parametrize("skin", ["point", "water-fill", "punch", "half-space", "foundation"])
 @pytest.mark.parametrize("steps", [1, 5, 20])
 @pytest.mark.parametrize("kind", ["sphere", "box"])

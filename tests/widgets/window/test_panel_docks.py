@@ -207,7 +207,6 @@ def test_every_panel_has_a_guide_heading(window):
     window._commands._guide = None
 
 
-@pytest.mark.long
 def test_text_in_an_undocked_panel_is_applied_before_closing(new_window):
     panel = new_window.column.get(PosturePanel)
     panel.set_folded(False)
