@@ -53,7 +53,8 @@ def test_drag_off_skin_turns_or_pans(view, heard, button, keys, keeps):
 
 
 @pytest.mark.parametrize("width", [200, 230, 480])
-def test_slider_to_the_map_is_whole_in_a_narrow_view(view, width):
+def test_slider_to_the_map_is_whole_in_a_narrow_view(view, qapp, width):
+    apply_theme(qapp, DARK)  # with the small font of captions
     view.resize(width, 300)
     QApplication.processEvents()
     slider = view.morph
