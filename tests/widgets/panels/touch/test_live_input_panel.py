@@ -413,6 +413,18 @@ def test_skin_without_a_value_is_not_said_to_work(window, tmp_path):
     window.live.connection.close()
 
 
+def test_click_on_channels_that_all_work_says_so(window, tmp_path):
+    panel = connected(window, tmp_path)
+    button = panel.findChild(QPushButton, "live-channels")
+    assert button.text() == "All work"
+    assert "All channels work" not in notes_of(panel)
+    left_click(button)
+    assert "All channels work: None is broken" in notes_of(panel)
+    left_click(button)
+    assert "All channels work" not in notes_of(panel)
+    window.live.connection.close()
+
+
 @pytest.mark.parametrize(("columns", "noted"), [(112, True), (113, False)])
 def test_readings_of_fewer_than_three_quarters_of_the_taxels_are_questioned(window, tmp_path, columns, noted):
     assert len(window.live.prepared.skin) == 150

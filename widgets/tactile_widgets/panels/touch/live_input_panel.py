@@ -52,6 +52,7 @@ _MOST_UNHEARD = 40
 """Maximum number of taxels that a note about those not heard names."""
 _BROKEN = "Broken"
 _SWAPPED = "Seem swapped"
+_ALL_WORK = Note("All channels work", "None is broken, seems swapped or is not heard.")
 _NO_NOTES = "Problems of the readings are listed here."
 
 
@@ -175,8 +176,9 @@ class LiveInputPanel(ConnectedPanel):
             notes.insert(0, Note("Not possible", as_sentence(self._error), fault=True))
         if self._channels.isChecked():
             unheard = self._input.unheard()
-            notes += [Note(_UNHEARD, names_text(unheard, _MOST_UNHEARD))] if unheard else []
-            notes += [Note(_BROKEN, text) for text in silent] + [Note(_SWAPPED, text) for text in swapped]
+            faulty = [Note(_UNHEARD, names_text(unheard, _MOST_UNHEARD))] if unheard else []
+            faulty += [Note(_BROKEN, text) for text in silent] + [Note(_SWAPPED, text) for text in swapped]
+            notes += faulty or [_ALL_WORK]
         if tuple(notes) != self._notes.notes:  # otherwise the list would scroll back
             self._notes.show_notes(notes)
 
@@ -194,7 +196,9 @@ class LiveInputPanel(ConnectedPanel):
         """List the channels that do not work, or hide them; the list may be below the edge of the window."""
         self.refresh()
         heads = [note.head for note in self._notes.notes]
-        first = next((row for row, head in enumerate(heads) if head in (_UNHEARD, _BROKEN, _SWAPPED)), None)
+        first = next(
+            (row for row, head in enumerate(heads) if head in (_UNHEARD, _BROKEN, _SWAPPED, _ALL_WORK.head)), None
+        )
         if listed and first is not None:
             self._notes.scrollToItem(self._notes.item(first), NoteList.ScrollHint.PositionAtTop)
             self.channels_listed.emit(self._notes)
