@@ -131,3 +131,12 @@ def test_obstacle_in_the_way_is_named():
     plan.look(MOST)
     assert plan.problem.cause is RegraspFailure.NO_LIFT
     assert "dome" in plan.problem.between
+
+
+def test_lift_that_presses_the_skin_deeper_is_rejected(monkeypatch):
+    leaves, enters = ends()
+    home = arm().robot.home
+    monkeypatch.setattr(Clearance, "distance", lambda _, posture, *pair: 0.0 if (posture == home).all() else -0.01)
+    plan = planned(leaves, enters, ball(leaves))
+    assert plan.problem.cause is RegraspFailure.NO_LIFT
+    assert "ball" in plan.problem.between
