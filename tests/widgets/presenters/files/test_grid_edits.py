@@ -113,7 +113,6 @@ def test_undo_and_redo_of_a_grid_keep_the_edits_of_the_map(window):
     assert not window.action("redo").isEnabled(), "another edit was made instead"
 
 
-@pytest.mark.long
 def test_grid_keeps_controller_effects_and_edits_in_view(window):
     window.presenters.effects.choose("gravity", "on")
     controller = window.presenters.control_tools.settings_editor
@@ -158,7 +157,6 @@ def test_saved_scene_contains_the_grid(window, tmp_path, choose_file):
     assert window.isWindowModified()
 
 
-@pytest.mark.long
 def test_saving_the_map_reports_that_the_scene_contains_the_grid(window, tmp_path, choose_file):
     place_grid(window)
     choose_file("save_file", tmp_path / "own.npz")
