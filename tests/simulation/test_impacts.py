@@ -60,7 +60,6 @@ def test_measured_impulse_equals_the_change_of_momentum(kind, integrator, step):
     assert velocities.max() < speed, "no energy is gained"
 
 
-@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("step", [0.002, 0.001, 0.00025])
 @pytest.mark.parametrize("integrator", INTEGRATORS)
