@@ -8,7 +8,7 @@ them at one position. The map is therefore fitted to it in two edits that can be
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -88,24 +88,40 @@ def adopt_patches(document: MapDocument, other: MapDocument) -> MapDocument:
     return repack(adopted, set(range(len(patches))) - matches.keys()) if matches else document
 
 
-def adopt_edits(
-    document: MapDocument, edited: MapDocument, unedited: MapDocument
-) -> tuple[MapDocument, tuple[str, ...]]:
-    """Transfer edits to the document of another skin.
+@dataclass(frozen=True, eq=False)
+class AdoptedEdits:
+    """Edits on another skin.
+
+    Attributes:
+        document: The document of that skin with the edits.
+        unedited: The same without edits, but with the patches that are new in the places to which the edits moved them.
+        lost: Names of the patches with edits that the skin does not have.
+    """
+
+    document: MapDocument
+    unedited: MapDocument
+    lost: tuple[str, ...]
+
+
+def adopt_edits(document: MapDocument, edited: MapDocument, unedited: MapDocument) -> AdoptedEdits:
+    """Transfer edits to the document of another skin by ``adopt_patches``, if a patch with edits is on both skins.
 
     Args:
         document: Document of the other skin, without edits.
         edited: Document with edits.
         unedited: The same one without edits.
-
-    Returns:
-        ``adopt_patches``, or ``document`` itself if no common patch has edits; and the names of the patches with edits
-        that the other skin does not have.
     """
-    common = set(_corresponding(document.skin, edited.skin).values())
+    matches = _corresponding(document.skin, edited.skin)
+    common = set(matches.values())
     changed = [number for number in range(len(edited.patches)) if _is_edited(number, edited, unedited)]
-    adopted = document if common.isdisjoint(changed) else adopt_patches(document, edited)
-    return adopted, tuple(edited.patches[number].name for number in changed if number not in common)
+    lost = tuple(edited.patches[number].name for number in changed if number not in common)
+    if common.isdisjoint(changed):
+        return AdoptedEdits(document, document, lost)
+    adopted = adopt_patches(document, edited)
+    own = enumerate(zip(document.layout.placements, adopted.layout.placements, strict=True))
+    placements = tuple(before if number in matches else after for number, (before, after) in own)
+    map_ = replace(document.map, layout=replace(document.layout, placements=placements))
+    return AdoptedEdits(adopted, replace(document, map=map_), lost)
 
 
 def _is_edited(number: int, edited: MapDocument, unedited: MapDocument) -> bool:

@@ -361,3 +361,21 @@ def test_another_scene_forgets_the_steps(window, prepared):
     set_target(window, 0)
     window.live.show_prepared(replace(prepared, scene=replace(prepared.scene, title="Another")))
     assert not window.action("undo").isEnabled()
+
+
+def test_patch_that_only_made_room_for_edited_ones_is_not_reported_as_edited(window):
+    window.editor.do("turn", lambda document: rotate(document, [0], 1.0))
+    apply_skin(window, "shoulder")
+    assert "shoulder" in counts(window)
+    apply_skin(window, "shoulder")
+    assert "shoulder" not in counts(window)
+    assert "map edits" not in window.notification_bar.text
+
+
+def test_edited_patch_of_a_link_that_the_skin_leaves_is_reported(window):
+    window.editor.do("turn", lambda document: rotate(document, [0], 1.0))
+    apply_skin(window, "shoulder")
+    names = [patch.name for patch in window.editor.document.patches]
+    window.editor.do("turn", lambda document: rotate(document, [names.index("shoulder")], 1.0))
+    apply_skin(window, "shoulder")
+    assert "Not on the new skin and removed: the map edits of shoulder." in window.notification_bar.text

@@ -433,14 +433,15 @@ class MapFilePresenter(Presenter):
         """Show the document of a new skin, with the edits of the patches that it had before, or with restored edits."""
         first = MapDocument.of(prepared.map)
         restoring = self._restoring
-        document, lost = adopt_edits(first, before.history.present, before.first)
+        adopted = adopt_edits(first, before.history.present, before.first)
+        document = adopted.document
         self._file = None
         if restoring is not None and same_skin(first.skin, restoring.document.skin):
             document = adopt_document(first, restoring.document)
         self._control.enter_skin(StepsOnSkin(document.map))
         self._editor.open(document, name=self._steps.requested_name)
-        self._keep_settings(before, document, prepared.scene, lost)
-        self._first = first
+        self._keep_settings(before, document, prepared.scene, adopted.lost)
+        self._first = adopted.unedited
         self._file = DocumentFile(None, None, folder=self._folder)
         self._restoring = None
         if restoring is not None:
