@@ -79,7 +79,7 @@ def late(player, tmp_path_factory):
     return RecordingPlayer(path)
 
 
-@pytest.mark.parametrize("start", [None, 0.2])
+@pytest.mark.parametrize("start", [pytest.param(None, marks=pytest.mark.long), 0.2])
 def test_captions_count_from_the_first_frame_of_the_recording_also_in_a_range(late, start, tmp_path):
     assert late.times[0] > 0.2
     span = None if start is None else (start, late.duration)

@@ -156,6 +156,7 @@ def test_unusable_files_end_with_1(capsys, scene, tmp_path):
     assert "cannot be created" in capsys.readouterr().err
 
 
+@pytest.mark.long
 def test_failed_controller_is_named_and_sets_the_exit_code(capsys, tmp_path):
     path = tmp_path / "unsteady.toml"
     path.write_text(UNSTEADY)

@@ -415,6 +415,7 @@ def choosing(window, rods):
     window.live.scene_jobs.executor.hold = False
 
 
+@pytest.mark.long
 def test_choice_for_a_robot_that_is_not_open_is_restored_after_a_crash(choosing, prepared):
     window = choosing
     click_box(window, "left")

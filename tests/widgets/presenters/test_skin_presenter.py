@@ -444,6 +444,7 @@ def test_paused_session_stays_paused_after_a_change_of_the_skin(window, prepared
     assert window.live.mode is Mode.RUNNING, "another scene runs"
 
 
+@pytest.mark.long
 def test_change_of_the_skin_starts_a_simulation_that_failed(window):
     blow_up(window.live)
     assert window.live.mode is Mode.PAUSED

@@ -77,6 +77,7 @@ def do(window, name):
     QApplication.processEvents()
 
 
+@pytest.mark.long
 def test_target_set_after_a_change_of_the_skin_is_redone(window):
     set_target(window, 0)
     apply_skin(window, "shoulder")
@@ -111,6 +112,7 @@ def test_target_set_before_an_undone_change_of_the_skin_is_undone(window):
     assert window.presenters.map_files.unsaved == ()
 
 
+@pytest.mark.long
 def test_all_edits_are_undone_and_redone_in_one_order(window):
     editor = window.presenters.control_tools.settings_editor
     states = [state(window)]
@@ -283,6 +285,7 @@ def test_redo_waits_for_the_end_of_a_drag(window, edits):
         assert offered(window)[1] == redone
 
 
+@pytest.mark.long
 def test_edit_in_the_middle_replaces_the_steps_after_it(window, edits):
     states = walk(window, *(edits[name] for name in ("map", "skin", "map", "map", "skin", "map")))
     for _ in range(3):
@@ -309,6 +312,7 @@ def test_history_reaches_each_step_of_the_same_skin(window, edits):
     assert whole(window) == states[4]
 
 
+@pytest.mark.long
 def test_edits_are_restored_although_their_skin_was_shown_again_since(window, prepared, edits):
     walk(window, edits["skin"], edits["map"], edits["map"])
     lost = whole(window)
@@ -348,6 +352,7 @@ def test_skin_is_unsaved_after_undo_of_the_one_that_was_saved(window, edits, tmp
     assert whole(window) == last
 
 
+@pytest.mark.long
 def test_scene_that_is_opened_again_has_no_steps(window, edits, tmp_path):
     walk(window, edits["skin"])
     file = tmp_path / "own.toml"

@@ -497,7 +497,8 @@ def test_space_below_the_views_returns_to_its_height_after_recording_and_replay(
     assert window.bottom.height() == usual
 
 
-@pytest.mark.parametrize("replaying", [True, pytest.param(False, marks=pytest.mark.long)], ids=["replay", "recording"])
+@pytest.mark.long
+@pytest.mark.parametrize("replaying", [True, False], ids=["replay", "recording"])
 def test_space_below_the_views_does_not_grow_by_closing_the_window(new_window, tmp_path, prepared, replaying):
     window = new_window
     usual = window.bottom.height()

@@ -145,6 +145,7 @@ def offered(window):
     return tuple(action.isEnabled() and action.iconText() for action in (window.action("undo"), window.action("redo")))
 
 
+@pytest.mark.long
 def test_undo_and_redo_that_a_finger_prevents_leave_the_steps(window):
     """The finger of the scene's script presses the robot of a paused scene, which cannot be placed then."""
     editor = window.presenters.posture.editor

@@ -104,6 +104,7 @@ def changed(window):
     return window
 
 
+@pytest.mark.long
 def test_undo_cancels_the_skin_that_is_being_made(changed):
     window = changed
     shown = window.live.prepared

@@ -88,6 +88,7 @@ def test_start_names_unsaved_work_of_another_document_and_opens_it(start, crash,
     assert window.presenters.map_files.unsaved == ("map",)
 
 
+@pytest.mark.long
 def test_scene_file_of_the_unsaved_document_is_opened(start, crash, prepared, small_arm, tmp_path, choose_file):
     own = tmp_path / "own.toml"
     window = start(small_arm)
@@ -130,6 +131,7 @@ def test_document_that_another_window_has_open_is_not_named(start, prepared, sma
     assert not window.action("open_unsaved").isEnabled()
 
 
+@pytest.mark.long
 def test_newest_of_several_documents_is_named_first(start, crash, prepared, small_arm, box):
     coarse = replace(prepared, scene=replace(prepared.scene, title="Coarse arm"))
     crash(start(coarse), turned)
@@ -145,6 +147,7 @@ def test_newest_of_several_documents_is_named_first(start, crash, prepared, smal
     assert "other document" not in second
 
 
+@pytest.mark.long
 def test_dismissed_message_does_not_return_when_something_else_is_opened(start, crash, prepared, small_arm, box):
     crash(start(small_arm), turned)
     window = start(prepared)
