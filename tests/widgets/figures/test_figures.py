@@ -137,6 +137,7 @@ def test_orientation_cube_of_a_small_figure_does_not_cover_the_robot(window, tmp
     assert window.robot_view.display.overlay.cube_shown
 
 
+@pytest.mark.long
 def test_legend_of_arrows_is_in_the_corner_and_covers_no_part_of_the_robot(window, tmp_path):
     """It has no slider below it, as in the window, and is smaller in a small figure."""
     scales = {}

@@ -123,6 +123,7 @@ def test_discarded_choice_returns_if_the_robot_is_not_opened(window, rods):
     assert chosen(window) == {"left", "right"}
 
 
+@pytest.mark.long
 def test_choice_is_applied_and_saved_before_the_window_closes(new_window, tmp_path, choose_file, qtbot):
     window = show_panel(new_window)
     choose_file("save_file", tmp_path / "own.toml")
@@ -329,6 +330,7 @@ def test_choice_whose_application_is_cancelled_is_asked_about_again(window):
     assert unsaved(window) == ("skin",), "instead of the first"
 
 
+@pytest.mark.long
 def test_other_changes_are_saved_without_a_choice_that_cannot_be(new_window, tmp_path, choose_file, qtbot):
     window = show_panel(new_window)
     record_run(window, tmp_path / "a.mcap", 0.1)

@@ -329,6 +329,7 @@ def test_edits_are_restored_although_their_skin_was_shown_again_since(window, pr
     assert whole(window) == states[1]
 
 
+@pytest.mark.long
 def test_skin_is_unsaved_after_undo_of_the_one_that_was_saved(window, edits, tmp_path):
     files = window.presenters.map_files
     edits["skin"]()

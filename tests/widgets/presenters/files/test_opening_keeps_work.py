@@ -128,6 +128,7 @@ def test_undo_cancels_the_skin_that_is_being_made(changed):
     assert not window.isWindowModified()
 
 
+@pytest.mark.long
 def test_work_made_while_a_skin_is_prepared_is_kept(changed):
     window = changed
     document = edited(window)

@@ -113,6 +113,7 @@ def test_skin_in_no_file_is_opened_as_unsaved(start, crash, prepared, small_arm,
     assert window.editor.document.layout == left.layout
 
 
+@pytest.mark.long
 def test_document_that_is_opened_at_the_start_is_only_offered(start, crash, prepared):
     crash(start(prepared), turned)
     window = start(prepared)
@@ -121,6 +122,7 @@ def test_document_that_is_opened_at_the_start_is_only_offered(start, crash, prep
     assert not window.action("open_unsaved").isEnabled()
 
 
+@pytest.mark.long
 def test_document_that_another_window_has_open_is_not_named(start, prepared, small_arm):
     other = start(small_arm)
     assert other.editor.do("Edit", turned)
