@@ -63,7 +63,6 @@ def test_cancelled_film_leaves_no_file_and_none_is_overwritten(qapp, recording, 
     assert path.read_bytes() == b"mine"
 
 
-@pytest.mark.long
 def test_range_is_filmed_and_a_range_outside_is_rejected(qapp, recording, tmp_path):
     path = tmp_path / "part.mp4"
     film_recording(recording, path, size=(400, 400), rate=10.0, span=(0.25, 9.0))

@@ -35,7 +35,6 @@ def drop(window, path):
     QApplication.sendEvent(window, QDropEvent(QPointF(400, 400), *how))
 
 
-@pytest.mark.long
 def test_plugins_are_chosen_dropped_and_used_by_processes(window, qtbot, tmp_path):
     panel = window.column["controller"]
     left_click(panel._buttons["slack"])
