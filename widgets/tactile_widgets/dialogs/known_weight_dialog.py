@@ -89,6 +89,7 @@ class KnownWeightDialog(QDialog):
         else:
             text = "Calibrated." if facts.known else "Not calibrated."
         self.state.setText(text)
+        self.setMinimumHeight(self.heightForWidth(self.width()))  # a layout alone would cut long text
 
     def _number(self, name: str, high: float, value: float, unit: str) -> QDoubleSpinBox:
         return make(

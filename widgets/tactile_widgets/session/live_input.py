@@ -265,6 +265,12 @@ class LiveInput:
         with self._runner.lock:
             self.session.weights.undo()
 
+    def forget_weighing(self) -> None:
+        """Forget the outcome of the last weight."""
+        assert self._runner is not None
+        with self._runner.lock:
+            self.session.weights.forget()
+
     def apply_negative_gain(self) -> None:
         """Use the negative gains of a weight under which the readings fell."""
         assert self._runner is not None

@@ -73,18 +73,21 @@ class KnownWeights:
         """
         self._check_tared()
         self._weighing = Weighing(mass, seconds, taxels, self._clock.time)
-        self._state = WeighingState()
-        self._negative = None
+        self.forget()
 
     def cancel(self) -> None:
         """End a running calibration; the skin keeps its present one."""
         self._weighing = None
 
+    def forget(self) -> None:
+        """Forget the factor or problem of the newest calibration, and its negative gains; a running one continues."""
+        self._state = WeighingState()
+        self._negative = None
+
     def undo(self) -> None:
         """Restore the calibration before the newest weight, and end a running one."""
         self._weighing = None
-        self._state = WeighingState()
-        self._negative = None
+        self.forget()
         if self._undo:
             self._readings.restore(self._undo.pop())
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from PySide6.QtWidgets import QComboBox, QLabel, QPushButton
+from PySide6.QtWidgets import QApplication, QComboBox, QLabel, QPushButton
 
 from tactile_maps.live.calibration.calibration import ValueMode
 from tactile_maps.live.readings.arrival import Arrived
@@ -35,9 +35,20 @@ def test_weight_calibrates_and_can_be_undone(window, tmp_path, monkeypatch):
     assert "Not tared yet" in state.text()
     session.tare(1)
     send(0.0, 20.0)
+    refused = tmp_path / "no such folder" / " ".join(["long name of gains"] * 10)
+    panel.save_calibration(str(refused))
+    QApplication.processEvents()
+    assert "long name" in state.text()
+    assert all(label.height() >= label.heightForWidth(label.width()) for label in dialog.findChildren(QLabel))
+    dialog.measure.click()
+    send(2.5, 20.0)
+    assert "do not change under the weight" in state.text()
+    dialog.reject()
+    panel.findChild(QPushButton, "live-weight").click()
+    assert state.text() == "Not calibrated."
     dialog.measure.click()
     assert "2.0\u202fs left" in state.text()
-    send(2.5, 10.0)
+    send(5.0, 10.0)
     assert "under the weight: the gain is negative. Apply it?" in state.text()
     dialog.negative.click()
     assert "gains × -" in state.text()
@@ -46,7 +57,7 @@ def test_weight_calibrates_and_can_be_undone(window, tmp_path, monkeypatch):
     dialog.undo.click()
     session.readings.request_mode(ValueMode.RAW)
     dialog.measure.click()
-    send(5.0, 30.0)
+    send(7.5, 30.0)
     assert state.text().startswith("Done: gains × ")
     assert state.text().endswith("Readings are shown as pressure, contacts in newtons.")
     values = panel.findChild(QComboBox, "live-mode")
@@ -54,7 +65,7 @@ def test_weight_calibrates_and_can_be_undone(window, tmp_path, monkeypatch):
     assert values.currentText() == "Pressure (kPa)"
     assert "No forces" not in "".join(note.words for note in notes.notes)
     session.readings.request_mode(ValueMode.RAW)
-    send(6.0, 30.0)
+    send(8.0, 30.0)
     assert "newtons" not in state.text()
     words = "".join(note.words for note in notes.notes)
     assert "Choose Pressure (kPa) under Values" in words

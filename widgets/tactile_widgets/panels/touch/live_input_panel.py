@@ -241,10 +241,13 @@ class LiveInputPanel(ConnectedPanel):
             self.weight.negative_requested.connect(self._on_negative_requested)
             self.weight.undo_requested.connect(self._on_undo_requested)
             self.weight.save_requested.connect(self.calibration_file_requested)
-        self._weight_error = ""
+            self.weight.finished.connect(self._on_weight_closed)
         self._on_selection_changed()
         self.refresh()
         self.weight.show()
+
+    def _on_weight_closed(self) -> None:
+        self._weight_error = self._try(LiveInput.forget_weighing)
 
     def _on_measure_requested(self, mass: float, seconds: float) -> None:
         chosen = self._selection.taxels if len(self._selection.taxels) else None
