@@ -54,7 +54,7 @@ def test_folder_is_remembered_by_kind_and_name_by_default_name(dialogs, tmp_path
     assert shown == [str(folder), str(tmp_path)]
     dialogs.save_file("Save map", "arm.npz", "Tactile maps (*.npz)")
     dialogs.save_file("Save map", "icub.npz", "Tactile maps (*.npz)")
-    assert opened[1:] == [str(folder / "left.npz"), str(folder / "icub.npz")]
+    assert opened[1:] == [str(folder / "left 2.npz"), str(folder / "icub.npz")]
 
 
 def test_existing_completed_name_requires_confirmation(dialogs, tmp_path, monkeypatch):
@@ -76,11 +76,11 @@ def test_folder_and_name_of_a_save_are_remembered_once_it_succeeded(dialogs, tmp
         if chosen.parent == good:
             chosen.write_bytes(b"another map")
     dialogs.save_file("Save map", "arm.npz", "Tactile maps (*.npz)")
-    assert opened[1:] == [str(good / "old.npz")] * 3
+    assert opened[1:] == [str(good / "old 2.npz")] * 3
     (failed / "new.npz").write_bytes(b"a map that took long")
     dialogs.remember_saved()
     dialogs.save_file("Save map", "arm.npz", "Tactile maps (*.npz)")
-    assert opened[4] == str(failed / "new.npz")
+    assert opened[4] == str(failed / "new 2.npz")
 
 
 def test_first_dialogs_open_in_the_folder_of_recordings_of_the_document_or_of_documents(dialogs, tmp_path, monkeypatch):

@@ -12,6 +12,7 @@ import pytest
 from PIL import Image
 from PySide6.QtCore import QPointF, QRectF
 from PySide6.QtGui import QFont, QFontMetricsF, QTransform
+from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
 from tactile_maps.control.motion.command import ControlSettings
@@ -107,6 +108,10 @@ def test_dialog_shows_pixels_stores_the_settings_and_the_robot_has_the_resolutio
     window.action("save_figure").trigger()
     dialog = window.presenters.figure.dialog
     dialog.part.setCurrentIndex(dialog.part.findData(FigurePart.ROBOT))
+    dialog.width_mm.selectAll()
+    QTest.keyClicks(dialog.width_mm, "5\t")
+    assert dialog.note.text() == "A figure cannot have this width (found: 5 mm). Choose 20 to 1000 mm."
+    assert not dialog.save.isEnabled()
     dialog.width_mm.setValue(80.0)
     dialog.height_mm.setValue(60.0)
     dialog.dpi.setValue(120)

@@ -92,15 +92,16 @@ class Dialogs:
     ) -> str:
         """Ask for a file to write, by default called ``name``; return an empty text if none is chosen.
 
-        With ``remembers``, the name that was chosen the last time instead of the same default name is proposed; if it
-        is that of a folder, in which the dialog would open, a free name.
+        With ``remembers``, the name that was chosen the last time instead of the same default name is proposed, with
+        a number if it exists. Without it, ``name`` is proposed: that of the document, which may be replaced.
 
         A name without an extension gets that of ``name``. If the completed file exists, the dialog opens again
         with it, as Qt asked about the typed name only.
         """
         folder = self._folder(title, kinds)  # which stores the last name
-        last = self._settings.name_for(title, name) if remembers else ""
-        start = str(_free_folder(Path(folder) / (last or name)))
+        start = str(Path(folder) / name)
+        if remembers:
+            start = str(_free_name(Path(folder) / (self._settings.name_for(title, name) or name)))
         ending = Path(name).suffix
         while True:
             path = FileDialog.save_file(over or self._parent, title, start, kinds)
@@ -202,11 +203,13 @@ class Dialogs:
         return box
 
 
-def _free_folder(path: Path) -> Path:
-    """Return ``path``, or with the next number if it is a folder."""
-    while path.is_dir():
-        name, _, number = path.name.rpartition(" ")
-        path = path.with_name(f"{name} {int(number) + 1}" if name and number.isdecimal() else f"{path.name} 2")
+def _free_name(path: Path) -> Path:
+    """Return ``path``, or with the next number if it exists."""
+    while os.path.lexists(path):
+        ending = "" if path.is_dir() else path.suffix
+        whole = path.name.removesuffix(ending)
+        name, _, number = whole.rpartition(" ")
+        path = path.with_name((f"{name} {int(number) + 1}" if name and number.isdecimal() else f"{whole} 2") + ending)
     return path
 
 

@@ -77,7 +77,7 @@ def test_weight_calibrates_and_can_be_undone(window, tmp_path, monkeypatch):
     monkeypatch.setattr(FileDialog, "save_file", lambda _parent, _title, start, _kinds: opened.append(start) or path)
     dialog.save.click()
     dialog.save.click()
-    assert opened == [str(tmp_path / "gains.csv"), path], "the folder is remembered"
+    assert opened == [str(tmp_path / "gains.csv"), str(tmp_path / "chosen" / "gains 2.csv")], "the folder is remembered"
     assert len(Path(path).read_text().splitlines()) == taxels + 1
     dialog.undo.click()
     assert "Not calibrated" in state.text()

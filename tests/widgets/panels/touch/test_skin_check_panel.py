@@ -99,7 +99,7 @@ def test_parts_are_highlighted_until_they_respond_and_the_result_is_listed_and_s
     )
     press(panel, "save")
     press(panel, "save")
-    assert opened == [str(tmp_path / "skin check.html"), str(report)], "the folder is remembered"
+    assert opened == [str(tmp_path / "skin check.html"), str(report.with_stem("skin 2"))], "the folder is remembered"
     assert "1 dead" in report.read_text(encoding="utf8")
     assert np.array_equal(selection.taxels, np.sort(selection.taxels))
 

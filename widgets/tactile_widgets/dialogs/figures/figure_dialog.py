@@ -26,15 +26,8 @@ from tactile_widgets.common.make import (
     make,
     select_data,
 )
-from tactile_widgets.dialogs.figures.figure_file import (
-    LARGEST_MM,
-    LEAST_DPI,
-    MOST_DPI,
-    SMALLEST_MM,
-    FigureColours,
-    FigurePart,
-    FigureSpec,
-)
+from tactile_widgets.common.sentence import as_sentence
+from tactile_widgets.dialogs.figures.figure_file import FigureColours, FigurePart, FigureSpec
 
 _PARTS = {
     FigurePart.VIEWS: "Robot and map",
@@ -55,6 +48,8 @@ _COLOURS = {
 }
 _WIDTHS = {"One column, 85\u202fmm": 85.0, "Two columns, 170\u202fmm": 170.0}
 _A4 = 210.0, 297.0
+_MOST = 99_999
+"""Largest number that can be typed: the dialog states why a size or resolution is too small or too large."""
 
 
 class PageSketch(QWidget):
@@ -112,16 +107,14 @@ class FigureDialog(QDialog):
         add_items(self.part, ((words, part, "") for part, words in _PARTS.items()))
         add_items(self.colours, ((words, colours, "") for colours, words in _COLOURS.items()))
         self.column.addItems([*_WIDTHS, "Other width"])
-        limits = {"minimum": SMALLEST_MM, "maximum": LARGEST_MM}
         self.width_mm, self.height_mm = (
-            make(QDoubleSpinBox, self, **limits, suffix="\u202fmm", decimals=1, valueChanged=self._on_changed)
+            make(QDoubleSpinBox, self, maximum=_MOST, suffix="\u202fmm", decimals=1, valueChanged=self._on_changed)
             for _side in range(2)
         )
         self.dpi = make(
             QSpinBox,
             self,
-            minimum=LEAST_DPI,
-            maximum=MOST_DPI,
+            maximum=_MOST,
             suffix="\u202fdpi",
             toolTip="Resolution of PNG, and of robot and touch within SVG and PDF; everything else there is vectors",
             valueChanged=self._on_changed,
@@ -177,7 +170,7 @@ class FigureDialog(QDialog):
             spec = self._spec()
             self._check(part, spec)
         except DisplayError as error:
-            self.note.setText(str(error))
+            self.note.setText(as_sentence(str(error)))
             self.save.setEnabled(False)
         else:
             self.save.setEnabled(True)

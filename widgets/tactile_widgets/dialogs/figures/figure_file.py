@@ -18,10 +18,10 @@ from tactile_maps.core.files import write_atomically
 MM_PER_INCH = 25.4
 UNITS_PER_INCH = 96
 """Units of drawing, the pixels of a standard screen, so that text has the same size on paper."""
-SMALLEST_MM = 20.0
-LARGEST_MM = 1000.0
-LEAST_DPI = 50
-MOST_DPI = 2400
+_SMALLEST_MM = 20.0
+_LARGEST_MM = 1000.0
+_LEAST_DPI = 50
+_MOST_DPI = 2400
 _MOST_PIXELS = 200e6
 
 
@@ -66,12 +66,14 @@ class FigureSpec:
 
     def __post_init__(self) -> None:
         for name, side in (("width", self.width), ("height", self.height)):
-            if not SMALLEST_MM <= side <= LARGEST_MM:
-                remedy = f"Choose {SMALLEST_MM:g} to {LARGEST_MM:g} mm"
+            if not _SMALLEST_MM <= side <= _LARGEST_MM:
+                remedy = f"Choose {_SMALLEST_MM:g} to {_LARGEST_MM:g} mm"
                 raise DisplayError(f"a figure cannot have this {name}", value=f"{side:g} mm", remedy=remedy)
-        if not LEAST_DPI <= self.dpi <= MOST_DPI:
+        if not _LEAST_DPI <= self.dpi <= _MOST_DPI:
             raise DisplayError(
-                "a figure cannot have this resolution", value=f"{self.dpi} dpi", remedy="Choose 50 to 2400"
+                "a figure cannot have this resolution",
+                value=f"{self.dpi} dpi",
+                remedy=f"Choose {_LEAST_DPI} to {_MOST_DPI}",
             )
         width, height = self.pixels
         if width * height > _MOST_PIXELS:
