@@ -13,6 +13,7 @@ import tactile_maps
 from tactile_maps.core.errors import (
     ExportError,
     Finding,
+    LiveError,
     MeshError,
     RobotError,
     SkinError,
@@ -45,6 +46,7 @@ from tactile_maps.skin.open import SkinOptions
             "a.obj, face 3: it is broken (found: 7). Mend it.",
         ),
         (UsageError("no", value=0), "no (found: 0)."),
+        (LiveError("no", value=ConnectionRefusedError(111, "Connection refused")), "no (found: Connection refused)."),
     ],
 )
 def test_message_contains_place_value_and_remedy(error, text):

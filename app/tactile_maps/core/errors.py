@@ -10,6 +10,7 @@ the remedy for an unknown word: the nearest spelling, and all known words. For u
 from __future__ import annotations
 
 import os
+import re
 import shlex
 import subprocess
 import sys
@@ -57,7 +58,7 @@ class TactileMapsError(Exception):
         self.problem = problem
         self.file = file
         self.place = place
-        self.value = value
+        self.value = system_message(value) if isinstance(value, Exception) else value
         self.remedy = remedy
         super().__init__(self._message())
 
@@ -215,6 +216,11 @@ class Finding:
     where: str
     action: str
     count: int = 1
+
+
+def system_message(error: Exception) -> str:
+    """Return the message of an error without the system's number, such as ``[Errno 111]``."""
+    return re.sub(r"\[(Errno|WinError) -?\d+\] ", "", str(error))
 
 
 def parser_message(error: Exception) -> str:

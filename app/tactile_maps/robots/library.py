@@ -17,7 +17,7 @@ from typing import TypeAlias
 from xml.etree.ElementTree import Element
 
 from tactile_maps.core.assets import asset
-from tactile_maps.core.errors import RobotError, check_names, did_you_mean, install_line
+from tactile_maps.core.errors import RobotError, check_names, did_you_mean, install_line, system_message
 from tactile_maps.robots.files.mesh_files import MESH_SUFFIXES
 from tactile_maps.robots.formats.mjcf import load_mjcf
 from tactile_maps.robots.formats.urdf import read_urdf, robot_from_urdf
@@ -250,7 +250,9 @@ def _download(name: str, home: Home) -> Robot:
         raise _unknown(name) from error
     except (mujoco_menagerie.MenagerieError, OSError) as error:
         remedy = "Check the connection, or set MENAGERIE_ROOT to a folder of models"
-        raise RobotError("the model cannot be downloaded", value=f"{name}: {error}", remedy=remedy) from error
+        raise RobotError(
+            "the model cannot be downloaded", value=f"{name}: {system_message(error)}", remedy=remedy
+        ) from error
     return load_mjcf(main, package_roots=[folder], name=name, home=home)
 
 

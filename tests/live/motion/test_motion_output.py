@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import threading
 from dataclasses import dataclass, field, replace
@@ -257,13 +258,12 @@ def test_failed_sending_stops_motion_with_the_reason():
     def put(_packet: bytes) -> None:
         lost.append(len(lost))
         if len(lost) > 2:
-            raise OSError("no route")
+            raise OSError(errno.EHOSTUNREACH, "No route to host")
 
     robot.output.start_sending(put, LIMITS)
     robot.read()
     assert robot.output.sending.stopped is StopReason.FAILED
-    assert "no route" in robot.output.sending.detail
-    assert "the stop was not sent" in robot.output.sending.detail
+    assert robot.output.sending.detail == "No route to host; the stop was not sent"
     assert len(lost) == 2 + 1 + 3  # a velocity, and each stop is tried
 
 

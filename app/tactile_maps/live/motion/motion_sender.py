@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 
 from tactile_maps.core.arrays import FloatArray
-from tactile_maps.core.errors import LiveError, check_range
+from tactile_maps.core.errors import LiveError, check_range, system_message
 from tactile_maps.live.motion.measured_controller import RequestedMotion
 
 VALID_SECONDS = 0.2
@@ -197,8 +197,9 @@ class MotionSender:
                 except (OSError, LiveError) as error:
                     failed = error
             if failed is not None:
-                said = (detail, f"the stop was not sent: {failed}")
-                self.state = replace(self.state, detail="; ".join(filter(None, said)))
+                cause = system_message(failed)
+                unsent = "the stop was not sent" + ("" if cause == detail else f": {cause}")
+                self.state = replace(self.state, detail="; ".join(filter(None, (detail, unsent))))
 
     def check_force(self, force: float, now: float, note: str = "") -> None:
         """Stop if a force [N] exceeds the limit or is not a number; ``note`` is added to the detail."""
@@ -238,7 +239,7 @@ class MotionSender:
         try:
             self._put(self._packet(now, velocity * share))
         except (OSError, LiveError) as error:
-            self.stop(now, _reason(error), str(error))
+            self.stop(now, _reason(error), system_message(error))
             return False
         self.state = replace(self.state, sent=self.state.sent + 1, slowed=self.state.slowed + slowed)
         return True

@@ -19,7 +19,7 @@ from urllib.parse import urlsplit
 
 import numpy as np
 
-from tactile_maps.core.errors import LiveError, TactileMapsError, UsageError
+from tactile_maps.core.errors import LiveError, TactileMapsError, UsageError, system_message
 from tactile_maps.live.readings.readings import MalformedReadingError, Reading, SourceEndedError, Unit
 from tactile_maps.live.readings.wire_format import encode_binary, encode_json
 from tactile_maps.live.sources.network import check_known, import_zmq
@@ -146,7 +146,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         return 130
     except OSError as error:
-        sys.stderr.write(f"send: the packets cannot be sent: {error}\n")
+        sys.stderr.write(f"send: the packets cannot be sent: {system_message(error)}\n")
         return 1
     sys.stdout.write(f"sent {sent} packets\n")
     return 0
