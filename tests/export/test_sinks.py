@@ -165,8 +165,9 @@ def test_whole_recording_has_one_episode_and_no_damage(tables, player):
     assert facts["complete"] == "yes"
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("to", READERS)
+@pytest.mark.parametrize(
+    "to", ["csv", *(pytest.param(kind, marks=pytest.mark.long) for kind in READERS if kind != "csv")]
+)
 def test_damaged_recording_is_marked_and_split_at_missing_frames(damaged, tmp_path, to):
     player = export_recording(damaged, tmp_path / "out", to=to, options=ExportOptions(image_width=0))
     assert player.damage

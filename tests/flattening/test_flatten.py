@@ -153,8 +153,9 @@ def test_body_with_many_handles_is_mapped(cells, beam):
     assert chart.energies[-1] < 4.3
 
 
-@pytest.mark.long
-@pytest.mark.parametrize(("name", "most"), [("limbs", 4.3), ("limbs and handles", 5.0)])
+@pytest.mark.parametrize(
+    ("name", "most"), [("limbs", 4.3), pytest.param("limbs and handles", 5.0, marks=pytest.mark.long)]
+)
 def test_seams_are_added_until_each_limb_of_a_body_opens(name, most):
     chart = flatten(hard_mesh(name))
     assert_one_to_one(chart)

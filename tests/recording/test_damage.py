@@ -92,9 +92,14 @@ def of_kind(damage, kind):
     return [one for one in damage if one.kind == kind]
 
 
+def with_topics(path, topics):
+    """Numbers of chunks that hold messages of all these topics and of no others."""
+    return [number for number in range(len(chunk_spans(path))) if topics_in(path, number) == topics]
+
+
 def without_inputs(path):
-    """Numbers of chunks that hold frames and no input."""
-    return [number for number in range(len(chunk_spans(path))) if topics_in(path, number) == {"/frame"}]
+    """Numbers of chunks that hold only frames."""
+    return with_topics(path, {"/frame"})
 
 
 @pytest.mark.long
@@ -315,9 +320,9 @@ def test_missing_input_is_reported_though_every_frame_is_present(recording, tmp_
     assert not player.complete
 
 
-@pytest.mark.long
-def test_recovered_file_states_the_losses_of_its_source(recording, tmp_path):
-    number = without_inputs(recording)[4]
+@pytest.mark.parametrize("topics", [pytest.param({"/frame"}, marks=pytest.mark.long), {"/frame", "/event"}])
+def test_recovered_file_states_the_losses_of_its_source(recording, tmp_path, topics):
+    number = with_topics(recording, topics)[-1]
     start, size = chunk_spans(recording)[number]
     damaged = flipped(recording, tmp_path / "damaged.mcap", start + size // 2)
     saved = recover(damaged, tmp_path / "saved.mcap")

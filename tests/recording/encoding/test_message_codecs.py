@@ -127,7 +127,6 @@ def test_edit_of_the_map_of_another_skin_is_rejected(prepared):
             decode_input(data, other)
 
 
-@pytest.mark.long
 def test_map_of_a_displaced_skin_is_stored_and_that_of_another_skin_rejected(prepared):
     believed = build_map(with_calibration_error(prepared.skin, 0.002, seed=1))
     data = encode_input(3, MapEdited("Believed", believed), prepared.map)

@@ -96,7 +96,6 @@ def test_name_without_known_suffix_has_no_kind():
     assert [kind_of(name) for name in ("arm", "unitree_g1", "own.docx")] == [None, None, None]
 
 
-@pytest.mark.long
 def test_positions_are_parsed_once_to_open_a_skin(files, monkeypatch):
     parsed = []
     read = icub_positions.read_position_rows

@@ -77,8 +77,7 @@ def test_core_in_the_cavity_of_a_hollow_pad_cannot_be_touched():
     assert outer is not None
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("gap", [0.0, 0.0003])
+@pytest.mark.parametrize("gap", [pytest.param(0.0, marks=pytest.mark.long), 0.0003])
 def test_rod_in_a_sleeve_can_be_touched_where_it_protrudes(gap):
     inner, outer = touchable_surfaces([rod(0.01, 0.06), tube(0.01 + gap, 0.013, 0.03)])
     assert np.abs(centres(inner)[:, 2]).min() > 0.015 - 1e-3
