@@ -63,6 +63,19 @@ def test_moving_keeps_the_force_and_releasing_ends_it():
     assert not simulation.sense().any()
 
 
+def test_finger_whose_force_is_edited_presses_on_from_its_depth():
+    simulation = fixed()
+    simulation.apply(PokePressed(1, AT, Finger(speed=0.01, max_force=2.0)))
+    simulation.step(300, no_command(bar(hinged=False)))
+    assert simulation.pokes[0].force == 2.0
+    simulation.apply(PokePressed(1, AT, Finger(speed=0.01, max_force=4.0)))
+    assert simulation.pokes[0].force == 2.0
+    simulation.step(2, no_command(bar(hinged=False)))
+    assert simulation.pokes[0].force == pytest.approx(2.01, abs=0.01)
+    simulation.apply(PokePressed(1, AT, Finger(speed=0.01, max_force=1.0)))
+    assert simulation.pokes[0].force == 1.0
+
+
 def test_unknown_fingers_are_ignored_and_a_second_press_starts_again():
     simulation = fixed()
     simulation.apply(PokeReleased(7))

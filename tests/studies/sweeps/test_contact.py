@@ -68,6 +68,12 @@ def test_row_has_every_quantity_and_a_verdict():
     assert exception_of({**requested, **rows["water-fill"]}).reason in rows["water-fill"]["note"]
 
 
+def test_quantity_beyond_its_tolerance_is_outside_with_the_known_reason():
+    (row,) = measure(case("rest", skin="flat", shape="box on corner", physics="depth", motion="guided"))
+    assert (row["verdict"], row["model"]) == ("outside", "depth")
+    assert row["note"].startswith("centre_mm nan: ")
+
+
 def test_unstable_settings_are_rejected_with_a_remedy():
     requested = case("rest", motion="scripted", integrator="euler", timestep_ms=4.0, physics="solver")
     rows = measure(requested)

@@ -310,6 +310,7 @@ def test_ending_the_process_stops_the_robot(qtbot, driven_host, monkeypatch):
     end_at_once(host, signal.SIGTERM)
     assert motion().sending.stopped == "switched off"
     assert codes == [128 + signal.SIGTERM]
+    assert json.loads(driver.recv(4096))["token"] == TOKEN
 
 
 def test_motion_needs_a_token_for_packets(qtbot, live):
