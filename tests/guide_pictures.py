@@ -36,7 +36,8 @@ SCENES = {"window": ("arm", 1.5), "path": ("follow_path", 6.0), "touch": ("many_
 def keep_small(path: Path) -> None:
     """Save with a palette and without alpha, which halves the size."""
     colours = Image.open(path).convert("RGB")
-    colours.quantize(256, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE).save(path, optimize=True)
+    few = colours.quantize(256, method=Image.Quantize.MAXCOVERAGE, kmeans=1, dither=Image.Dither.NONE)
+    few.save(path, optimize=True)
 
 
 @contextmanager
@@ -61,7 +62,7 @@ def scene_picture(name: str, seconds: float, path: Path) -> None:
 
 
 def edited_map(path: Path) -> None:
-    """Show a map during editing: pins, one of them dragged, and the area distortion."""
+    """Show a map during editing: pins, one of them dragged, the area distortion, and the quality."""
     with filmed(replace(tm.load_scene("arm"), stimuli=())) as film:
         window = film.window
         skin = window.live.prepared.skin
@@ -73,6 +74,7 @@ def edited_map(path: Path) -> None:
         film.drag(viewport, places[2], places[2] + QPoint(-12, -24))
         window.presenters.view.set_base_layer(BaseLayer.AREA)
         film.pass_time(4)
+        window.live.measurements.map_executor.run_waiting()
         window.grab().save(str(path))
 
 

@@ -40,7 +40,6 @@ def test_every_named_option_exists(rules):
             assert {option, *others} <= known[command], command
 
 
-@pytest.mark.sampled(36)
 @pytest.mark.parametrize(
     ("words", "output"),
     [

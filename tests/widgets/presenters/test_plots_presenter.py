@@ -68,6 +68,17 @@ def test_plot_is_found_by_letters_and_shown(window):
     assert again == window.plots.choice, "kept at once"
 
 
+def test_group_of_taxels_is_listed_and_can_be_removed(window):
+    window.presenters.plots._plot_group((69, 70, 71), "palm")
+    key = "group-force:palm=69-71"
+    assert key in window.plots.shown
+    window.action("choose_plots").trigger()
+    chooser = window.presenters.plots.chooser
+    assert row(chooser, "Force on palm").checkState() is Qt.CheckState.Checked
+    toggle(chooser, "Force on palm")
+    assert key not in window.plots.shown
+
+
 def test_click_on_the_text_of_a_plot_shows_or_hides_it_once(window):
     window.action("choose_plots").trigger()
     chooser = window.presenters.plots.chooser
@@ -151,9 +162,6 @@ def test_click_on_an_event_shows_its_time_in_a_recording(window, tmp_path):
     past = window.live.replay.current.frames(range(0, window.live.replay.current.number + 1))
     window.plots.show_past(past)
     QApplication.processEvents()
-    window.action("choose_plots").trigger()
-    assert row(window.presenters.plots.chooser, "Force on palm").checkState() is Qt.CheckState.Checked
-    window.presenters.plots.chooser.close()
     (force,) = window.plots._parts[PlotKey.parse("group-force:palm=69-71")].series()
     areas = window.live.prepared.skin.areas[69:72]
     assert max(force.values) > 0

@@ -158,7 +158,6 @@ def test_undocked_panel_keeps_its_keys_and_returns_the_focus(window, qtbot):
     qtbot.waitUntil(view_has_keys)
 
 
-@pytest.mark.long
 def test_layout_stores_the_optional_views(window):
     window.action("contact_inset").trigger()
     window.action("second_view").trigger()

@@ -25,7 +25,6 @@ def shown(window):
     return dialog
 
 
-@pytest.mark.long
 def test_click_on_a_point_lists_its_rows(window_again):
     window_again.presenters.files.open_path(str(LOOPS))
     dialog = shown(window_again)
