@@ -27,7 +27,6 @@ def open_view(open_map_view, prepared):
     return lambda: open_map_view(420, 380, lambda view: view.show_prepared(prepared))
 
 
-@pytest.mark.sampled(1)
 @pytest.mark.parametrize("zoom", [1.0, 4.0])
 def test_moving_touch_is_painted_as_in_a_new_view(open_view, prepared, zoom):
     place = prepared.skin.taxel_point(len(prepared.skin) // 2)
