@@ -89,6 +89,8 @@ def test_invalid_source_is_reported_in_the_dialog(window_again, tmp_path):
     assert window_again.live.live_input is None
     (tmp_path / "gains.toml").write_text("gain = 2.0\n")
     dialog.kind.setCurrentText("UDP")
+    assert dialog.address.text() == "udp://no-such-host.invalid:9870", "kept as typed"
+    dialog.address.setText("udp://127.0.0.1:9999")
     dialog.inverted.setChecked(True)
     dialog.calibration.setText(str(tmp_path / "gains.toml"))
     dialog.go.click()
@@ -96,6 +98,7 @@ def test_invalid_source_is_reported_in_the_dialog(window_again, tmp_path):
     assert dialog.settings.inverted
     dialog.inverted.setChecked(False)
     dialog.calibration.clear()
+    assert window_again.settings.source == ("UDP", "udp://127.0.0.1:9999")
     dialog.kind.setCurrentText("Serial port")
     assert dialog.problem.isHidden()
     assert dialog.height() - buttons.geometry().bottom() < 20

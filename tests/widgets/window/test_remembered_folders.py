@@ -143,10 +143,10 @@ def test_folder_of_a_file_is_remembered_once_it_was_used(new_window, scene_cache
 
 def test_files_of_a_connection_share_no_folder(new_window, chooser, good, tmp_path):
     """The dialogs for mapping, IDs and calibration remember their own folders, once the connection succeeded."""
+    new_window.settings.source = "File", str(good / "readings.csv")
     new_window.action("connect").trigger()
     dialog = new_window.presenters.live_input.dialog
-    dialog.kind.setCurrentText("File")
-    dialog.address.setText(str(good / "readings.csv"))
+    assert (dialog.kind.currentText(), dialog.address.text()) == new_window.settings.source
     chosen = {"IDs": tmp_path / "ids" / "ids.csv", "calibration": tmp_path / "gains" / "gains.toml"}
     for path in chosen.values():
         path.parent.mkdir()

@@ -306,6 +306,17 @@ class Settings:
         self._store.setValue("package_roots", roots[:_PACKAGE_ROOTS])
 
     @property
+    def source(self) -> tuple[str, str]:
+        """Kind and address of the last source of readings, as entered in *Connect*; empty before the first."""
+        return str(self._store.value("source/kind", "")), str(self._store.value("source/address", ""))
+
+    @source.setter
+    def source(self, source: tuple[str, str]) -> None:
+        kind, address = source
+        self._store.setValue("source/kind", kind)
+        self._store.setValue("source/address", address)
+
+    @property
     def overlays(self) -> OverlayOptions | None:
         """Setting of View > Overlay; None if never chosen."""
         return OverlayOptions.from_text(str(self._store.value("overlays", "")))

@@ -61,7 +61,9 @@ class ConnectDialog(QDialog):
         self.kind.addItems(list(KINDS))
         self.kind.currentTextChanged.connect(self._on_kind_changed)
         form.addRow("Source", self.kind)
+        self._addresses = dict(KINDS)
         self.address, row = self._file_row("Choose the file…", _FILTER)
+        self.address.textChanged.connect(self._on_address_changed)
         form.addRow("Address or file", row)
         form.addRow("Token", self._token_row())
         self.mapping, self._mapping_row = self._file_row("Choose the mapping of ROS messages…", "TOML (*.toml)")
@@ -90,6 +92,12 @@ class ConnectDialog(QDialog):
         guard_wheel(self)
         self._on_kind_changed(self.kind.currentText())
         self.say("")
+
+    def show_source(self, kind: str, address: str) -> None:
+        """Show a source; a kind that is unknown or empty changes nothing."""
+        if kind in KINDS:
+            self.kind.setCurrentText(kind)
+            self.address.setText(address)
 
     def say(self, problem: str) -> None:
         """Show an error; an empty text hides the line."""
@@ -143,9 +151,12 @@ class ConnectDialog(QDialog):
         self.token.copy()
 
     def _on_kind_changed(self, kind: str) -> None:
-        self.address.setText(KINDS[kind])
+        self.address.setText(self._addresses[kind])
         self._mapping_row.setEnabled(kind in ("ROS 2", "File"))
         self.say("")
+
+    def _on_address_changed(self, address: str) -> None:
+        self._addresses[self.kind.currentText()] = address
 
     def _on_accepted(self) -> None:
         self.connect_requested.emit(self.settings)

@@ -185,12 +185,14 @@ class LiveInputPresenter(Presenter):
     def _open_dialog(self) -> None:
         if self.dialog is None:
             self.dialog = ConnectDialog(self._context.dialogs, self._window)
+            self.dialog.show_source(*self._context.settings.source)
             self.dialog.connect_requested.connect(self._on_connect_requested)
         self.dialog.say("")
         self.dialog.open()
 
     def _on_connect_requested(self, settings: LiveInputSettings) -> None:
         assert self.dialog is not None
+        self._context.settings.source = self.dialog.kind.currentText(), settings.address
         try:
             self._session.connection.open(settings)
         except TactileMapsError as error:
