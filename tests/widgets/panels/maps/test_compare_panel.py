@@ -78,7 +78,7 @@ def test_current_map_can_be_kept_for_comparison(panel, editor):
     editor.do("Rename", partial(rename_patch, number=0, name="Biceps"))
     assert len(panel.asked) == 2, "a name changes no number"
     _press(panel, "keep")
-    assert _button(panel, "b").accessibleName() == "B: Rename"
+    assert _button(panel, "b").accessibleName() == "B: after Rename"
 
 
 def test_edit_while_map_b_is_shown_switches_to_map_a(panel, editor):
@@ -105,7 +105,7 @@ def test_saved_map_is_applied_in_one_step(panel, editor, tmp_path, write):
     first = editor.document
     _press(panel, "b")
     _press(panel, "take")
-    assert editor.history.names == ("Open", "Apply mirrored")
+    assert editor.history.names == ("Open", "Apply map mirrored")
     assert editor.document.layout == other.layout
     assert editor.document.skin is first.skin
     assert not panel.shows_other

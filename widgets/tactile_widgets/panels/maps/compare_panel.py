@@ -113,7 +113,7 @@ class ComparePanel(Panel):
         """Use the current map as B."""
         history = self._editor.history
         if history is not None:
-            self._set_other(history.present, history.names[history.position])
+            self._set_other(history.present, f"after {history.names[history.position]}")
 
     @property
     def can_show_other(self) -> bool:
@@ -179,7 +179,7 @@ class ComparePanel(Panel):
     def _on_apply_clicked(self) -> None:
         other = self.other
         if isinstance(other, MapDocument):
-            self._editor.do(f"Apply {self._name}", partial(adopt_document, other=other))
+            self._editor.do(f"Apply map {self._name}", partial(adopt_document, other=other))
         elif other is not None:
             self._editor.do("Arrange as in the drawing", partial(arrange_as_drawn, drawing=other))
             self._editor.ask(partial(pin_as_drawn, drawing=other))
