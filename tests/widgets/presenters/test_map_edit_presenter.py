@@ -211,7 +211,7 @@ def test_repack_that_moves_nothing_states_why_and_offers_to_arrange_all_patches(
     editor.select([])
     window.action("repack").trigger()
     assert len(editor.history.names) == 4
-    assert window.notification_bar.text == "The patches are already arranged as they are located on the body."
+    assert window.notification_bar.text == "The patches are already arranged as on the body."
 
 
 def test_map_states_that_all_patches_are_hidden_and_how_to_show_them(window):

@@ -191,7 +191,7 @@ class MotionOutput:
         sender.check_force(total, now, f"{place}: tare again or lower the threshold")
 
     def _inputs_good(self, now: float) -> bool:
-        """Return whether motion may be sent; otherwise stop it, or wait for what is missing before it is sent."""
+        """Return whether motion may be sent. If not, stop it, or keep waiting if sending has not begun."""
         sender = self._sender
         if sender is None or not sender.state.active:
             return False

@@ -523,7 +523,7 @@ class _LinkArea:
 
 @weak_cache
 def _has_shape(link: Link) -> bool:
-    """Return whether a link has a mesh of its own, which is no placeholder of a missing one."""
+    """Return whether a link has a mesh of its own that is not a placeholder for a missing one."""
     return link.mesh is not None and len(link.mesh.faces) > 0 and not link.missing
 
 

@@ -174,7 +174,7 @@ class SkinPanel(Panel):
         self._on_edited()
 
     def show_nothing(self) -> None:
-        """Show that there is no robot."""
+        """Show that no robot is open."""
         self._content.hide()
         self._empty.show()
 

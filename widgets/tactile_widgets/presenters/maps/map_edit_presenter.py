@@ -154,7 +154,7 @@ class MapEditPresenter(Presenter):
         assert document is not None
         patches = document.patches
         chosen = self._editor.selected
-        text = "The patches are already arranged as they are located on the body."
+        text = "The patches are already arranged as on the body."
         if len(chosen) == 1:
             text = f"{patches[chosen[0]].name} stays in place: it overlaps no other patch."
         elif chosen:

@@ -80,7 +80,7 @@ class ToolBoxes:
 
     Attributes:
         labels: Boxes of texts, which no caption covers.
-        handles: Boxes of handles, which captions cover only if there is no other room.
+        handles: Boxes of handles, which captions cover only if no other space is left.
     """
 
     labels: Sequence[QRectF] = ()
