@@ -11,11 +11,11 @@ import pytest
 from PySide6.QtCore import QPointF, QRectF
 from PySide6.QtWidgets import QApplication
 
-from tactile_maps.recording.recorder import Recorder
 from tactile_maps.session.inputs import PokePressed
 from tactile_maps.session.session import Session
 from tactile_widgets.dialogs.figures.figure_file import FigurePart, FigureSpec
 from tactile_widgets.plots.choice.plot_choice import STANDARD, PlotKey, PlotKind
+from tests.support import sessions
 from tests.widgets.figures.test_figures import text_boxes, texts_with_boxes
 from tests.widgets.support.mouse import left_release, turn_wheel
 from tests.widgets.support.window_driver import press_map, run
@@ -34,13 +34,8 @@ def recording(prepared, tmp_path_factory) -> Path:
     """A second of a session from 0.25 s on, pressed from 0.75 s on."""
     path = tmp_path_factory.mktemp("figures") / "press.mcap"
     session = Session(prepared, scripted=False)
-    for _ in range(50):
-        session.tick()
-    with Recorder(prepared, path, viewers=False) as recorder:
-        for tick in range(200):
-            if tick == 100:
-                session.submit(PokePressed(0, prepared.skin.taxel_point(20)))
-            recorder.write(session.tick(), session.inputs)
+    sessions.run(session, 50)
+    sessions.record(session, path, 200, {100: [PokePressed(0, prepared.skin.taxel_point(20))]})
     return path
 
 

@@ -11,13 +11,13 @@ from PySide6.QtWidgets import QApplication
 
 from tactile_maps.control.motion.limits import LimitKind
 from tactile_maps.recording.overview.curves import CURVES
-from tactile_maps.recording.recorder import Recorder
 from tactile_maps.session.inputs import PokePressed
 from tactile_maps.session.session import Session
 from tactile_widgets.jobs.executor import Job, ProcessExecutor
 from tactile_widgets.jobs.recording_jobs import send_curves
 from tactile_widgets.plots.choice.plot_choice import PlotKey, PlotKind
 from tactile_widgets.plots.timeline.playhead import Span
+from tests.support.sessions import record
 from tests.widgets.support.mouse import left_click, left_drag
 
 pytestmark = pytest.mark.long
@@ -29,12 +29,8 @@ NONE = Qt.KeyboardModifier.NoModifier
 def path(prepared, tmp_path_factory) -> Path:
     """A second, pressed from 0.25 s on."""
     path = tmp_path_factory.mktemp("plots") / "press.mcap"
-    session = Session(prepared, scripted=False)
-    with Recorder(prepared, path, viewers=False) as recorder:
-        for tick in range(200):
-            if tick == 50:
-                session.submit(PokePressed(0, prepared.skin.taxel_point(20)))
-            recorder.write(session.tick(), session.inputs)
+    pressed = PokePressed(0, prepared.skin.taxel_point(20))
+    record(Session(prepared, scripted=False), path, 200, {50: [pressed]})
     return path
 
 
