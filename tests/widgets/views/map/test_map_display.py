@@ -204,7 +204,6 @@ def images_rebuilt(monkeypatch):
         monkeypatch.setattr(owner, name, getattr(owner, name).__wrapped__)
 
 
-@pytest.mark.long
 @pytest.mark.usefixtures("images_rebuilt")
 def test_restarted_scene_has_the_same_picture_without_a_new_image(view, prepared):
     view.show_prepared(prepared)
