@@ -321,8 +321,7 @@ def test_motion_needs_a_token_for_packets(qtbot, live):
     assert not live.live_input.motion().sending.active
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("end", ["silence", "controller"])
+@pytest.mark.parametrize("end", [pytest.param("silence", marks=pytest.mark.long), "controller"])
 def test_silence_and_another_controller_end_sending(qtbot, driven, end):
     live, clock, board, driver = driven
     sequence = itertools.count()

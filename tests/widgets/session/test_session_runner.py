@@ -199,7 +199,6 @@ def test_session_runs_at_the_requested_speed_and_catches_up_a_tenth_of_a_second(
     assert len(reported) == ticks
 
 
-@pytest.mark.long
 def test_session_pauses_while_the_window_reads_no_frames(session):
     """Half a second of looks a hundredth apart, and the frames are taken once: after two tenths the session waits."""
     clock, ended = looks(*[0.010] * 50)
