@@ -418,13 +418,29 @@ def test_sending_waits_for_a_sender_that_starts_later_and_records_meanwhile(tria
 def test_second_program_cannot_move_the_same_robot():
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as driver:
         driver.bind((LOOPBACK, 0))
+        driver.settimeout(5)
         address = f"udp://localhost:{driver.getsockname()[1]}"
-        with driver_channel(address) as put, pytest.raises(LiveError, match="another program on this computer"):  # noqa: SIM117
-            with driver_channel(address):
-                pass
+        taken = pytest.raises(LiveError, match="another program on this computer")
+        with driver_channel(address), taken, driver_channel(address):
+            pass
         with driver_channel(address) as put:
             put(b"again")
         assert driver.recv(16) == b"again"
+
+
+def test_host_name_with_an_ipv6_and_an_ipv4_address_means_the_ipv4_address(monkeypatch):
+    def both(*_, **__):
+        kind = socket.SOCK_DGRAM, socket.IPPROTO_UDP, ""
+        return [(socket.AF_INET6, *kind, ("::1", port, 0, 0)), (socket.AF_INET, *kind, (LOOPBACK, port))]
+
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as driver:
+        driver.bind((LOOPBACK, 0))
+        driver.settimeout(5)
+        port = driver.getsockname()[1]
+        monkeypatch.setattr(socket, "getaddrinfo", both)
+        with driver_channel(f"udp://localhost:{port}") as put:
+            put(b"here")
+        assert driver.recv(16) == b"here"
 
 
 @pytest.mark.long

@@ -98,6 +98,7 @@ def driver_channel(address: str) -> Iterator[Callable[[bytes], Any]]:
 
     A UDP socket is connected: it uses the network that leads to the driver, receives from no other address, and raises
     ConnectionRefusedError for the packet after one that no program received. A ZeroMQ publisher cannot detect that.
+    Of the addresses of a host name, an IPv4 address is preferred, as for sources of readings.
 
     Raises:
         UsageError: The address is invalid.
@@ -111,7 +112,8 @@ def driver_channel(address: str) -> Iterator[Callable[[bytes], Any]]:
     with ExitStack() as opened:
         try:
             found = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)
-            family, kind, protocol, _, place = found[0]
+            # Debian lists ::1 before 127.0.0.1 for localhost, where most drivers receive.
+            family, kind, protocol, _, place = min(found, key=lambda one: one[0] is not socket.AF_INET)
             channel = opened.enter_context(socket.socket(family, kind, protocol))
             channel.connect(place)
         except (OSError, ValueError) as error:
