@@ -73,8 +73,8 @@ def edited_map(path: Path) -> None:
             film.drag(viewport, place, place)
         film.drag(viewport, places[2], places[2] + QPoint(-12, -24))
         window.presenters.view.set_base_layer(BaseLayer.AREA)
-        film.pass_time(4)
         window.live.measurements.map_executor.run_waiting()
+        film.pass_time(4)
         window.grab().save(str(path))
 
 
