@@ -168,6 +168,20 @@ def test_two_swapped_modules_are_named_after_each_has_responded_twice_for_the_ot
     assert swap.parts == ("module 10", "module 13")
 
 
+@pytest.mark.parametrize(("value", "fault"), [(200.0, ChannelFault.DEAD), (1023.0, ChannelFault.STUCK)])
+def test_two_swapped_modules_are_named_although_a_channel_does_not_respond(value, fault):
+    def change(values, number):
+        values[silent] = value
+        return values
+
+    silent = PARTS[3][4]
+    check = run([PARTS[3], PARTS[3], PARTS[1], PARTS[2], PARTS[0], PARTS[0]], change=change)
+    (swap,) = verdicts_of(check).swaps
+    assert swap.parts == ("module 10", "module 13")
+    swapped = sorted({*PARTS[0].tolist(), *PARTS[3].tolist()} - {silent})
+    assert faults(check) == {fault: [silent], ChannelFault.SWAPPED: swapped}
+
+
 def test_response_of_another_part_must_repeat_before_it_counts():
     check = run([PARTS[3], PARTS[0], *PARTS[1:]])
     assert outcomes(check) == [Outcome.FELT] * 4

@@ -185,8 +185,8 @@ def _saturated(check: SkinCheck) -> BoolArray:
 def _swapped_across(check: SkinCheck) -> tuple[Swap, ...]:
     """Return channels of different parts that respond in place of each other.
 
-    A channel of part B was felt while part A was requested and not while B was, and an equal number of channels of A
-    the other way round.
+    A channel of part B was felt while part A was requested and not while B was, and channels of A the other way round:
+    equal numbers, or most channels of both parts, because channels of swapped parts may be dead.
     """
     if not check.settings.ordered:
         return ()
@@ -196,8 +196,10 @@ def _swapped_across(check: SkinCheck) -> tuple[Swap, ...]:
     counts = np.zeros((len(check.parts), len(check.parts)), dtype=np.int64)
     rows, where = np.nonzero(strays)
     np.add.at(counts, (rows, part_of[where]), 1)
+    most = 2 * counts > [len(part.taxels) for part in check.parts]
+    exchanged = (counts > 0) & (counts == counts.T) | most & most.T
     found = []
-    for one, other in np.argwhere(np.triu((counts > 0) & (counts == counts.T), 1)).tolist():
+    for one, other in np.argwhere(np.triu(exchanged, 1)).tolist():
         first = np.flatnonzero(strays[other] & (part_of == one))
         second = np.flatnonzero(strays[one] & (part_of == other))
         whole = len(first) > 1 and np.array_equal(np.flatnonzero(check.felt_in[other]), first)
