@@ -79,6 +79,14 @@ def test_file_of_any_touches_is_the_default_of_a_file(skin, tmp_path, capsys):
     assert "warning" not in captured.err
 
 
+def test_channels_are_not_checked_where_nothing_was_pressed(skin, tmp_path, capsys):
+    report = tmp_path / "check.html"
+    assert main(["check", written(tmp_path / "rest.csv", []), "--skin", skin, "--report", str(report)]) == 0
+    text = "not checked: nothing was pressed"
+    assert re.search(rf"Channels +{text}", capsys.readouterr().out)
+    assert text in report.read_text(encoding="utf8")
+
+
 def test_end_of_the_source_before_all_parts_is_a_warning_and_before_the_rest_an_error(skin, tmp_path, capsys):
     source = written(tmp_path / "short.csv", PARTS[:2])
     assert main(["check", source, "--skin", skin, "--order", "asked"]) == 0

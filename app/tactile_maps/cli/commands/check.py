@@ -26,6 +26,7 @@ from tactile_maps.core.errors import UsageError, counted
 from tactile_maps.live.channels.matching import load_matching
 from tactile_maps.live.checking.report import (
     board_rows,
+    channels_text,
     check_facts,
     fault_counts,
     outcome_counts,
@@ -33,7 +34,7 @@ from tactile_maps.live.checking.report import (
     write_check_report,
 )
 from tactile_maps.live.checking.skin_check import CheckSettings, CheckStage, Outcome, SkinCheck
-from tactile_maps.live.checking.verdicts import verdicts_of
+from tactile_maps.live.checking.verdicts import Verdicts, verdicts_of
 from tactile_maps.live.motion.command_loop import CommandLoop
 from tactile_maps.live.prepare import prepare_measured
 from tactile_maps.live.session.connection import Connection
@@ -72,10 +73,11 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.report:
         facts = check_facts(prepared, connection.source.address, str(session.facts.unit), started)
         write_check_report(check, arguments.report, facts, points=prepared.map.taxel_points)
-    result = _result(check, connection, arguments.report)
+    verdicts = verdicts_of(check)
+    result = _result(check, verdicts, connection, arguments.report)
     for warning in _warnings(check, session, reached=reached):
         print_warning(warning)
-    print_result(result, _rows(result), as_json=arguments.json)
+    print_result(result, _rows(result, channels_text(check, verdicts)), as_json=arguments.json)
     return 0
 
 
@@ -151,8 +153,7 @@ class Keys:
         return False
 
 
-def _result(check: SkinCheck, connection: Connection, report: str | None) -> dict[str, Any]:
-    verdicts = verdicts_of(check)
+def _result(check: SkinCheck, verdicts: Verdicts, connection: Connection, report: str | None) -> dict[str, Any]:
     skin = check.skin
     channels = [
         {
@@ -192,15 +193,14 @@ def _result(check: SkinCheck, connection: Connection, report: str | None) -> dic
     }
 
 
-def _rows(result: dict[str, Any]) -> dict[str, object]:
-    counts = {name: count for name, count in result["faults"].items() if count}
+def _rows(result: dict[str, Any], channels: str) -> dict[str, object]:
     unclear = [part for part in result["parts"] if part["outcome"] not in (Outcome.FELT, Outcome.OPEN)]
     return {
         "Source": result["source"],
         "Readings": f"{result['readings']}, {counted(result['touches'], 'touch')}",
         "Parts": ", ".join(f"{count} {name}" for name, count in result["outcomes"].items() if count),
         **{part["name"]: _part_text(part) for part in unclear[:_NAMED]},
-        "Channels": ", ".join(f"{count} {name}" for name, count in counts.items()) or "all that were pressed work",
+        "Channels": channels,
         **{one["name"]: ", ".join(one["faults"]) for one in result["channels"][:_NAMED]},
         **({"Swapped": "; ".join(result["swapped"][:_NAMED])} if result["swapped"] else {}),
         "Report": result["report"] or "none; --report FILE.html writes one",

@@ -39,6 +39,13 @@ def fault_counts(verdicts: Verdicts) -> dict[str, int]:
     return {str(fault): int(those.sum()) for fault, those in verdicts.faults.items()}
 
 
+def channels_text(check: SkinCheck, verdicts: Verdicts) -> str:
+    """Return the number of channels with each fault in words; without faults, whether channels were checked."""
+    if faults := ", ".join(f"{count} {name}" for name, count in fault_counts(verdicts).items() if count):
+        return faults
+    return "all that were pressed work" if check.any_pressed else "not checked: nothing was pressed"
+
+
 def outcome_counts(check: SkinCheck) -> dict[str, int]:
     """Return the number of parts with each outcome."""
     return {str(outcome): sum(result.outcome is outcome for result in check.results) for outcome in Outcome}
@@ -109,7 +116,7 @@ def _body(check: SkinCheck, facts: Mapping[str, object], points: FloatArray | No
         "Direction": "values fall under pressure" if verdicts.falls else "values rise under pressure",
         "Order": "as requested" if settings.ordered else "any touches of a recording",
         "Parts": ", ".join(f"{count} {name}" for name, count in outcome_counts(check).items() if count),
-        "Channels": ", ".join(f"{count} {name}" for name, count in counts.items()) or f"all {len(check.skin)} work",
+        "Channels": channels_text(check, verdicts),
     }
     body = facts_html(summary)
     if swaps := swap_texts(check, verdicts):

@@ -197,6 +197,12 @@ class SkinCheck:
         return np.maximum(self.rise, self.fall) > self.limit
 
     @property
+    def any_pressed(self) -> bool:
+        """Whether anything was pressed, as far as responses and keys show."""
+        unpressed = (Outcome.OPEN, Outcome.SKIPPED)
+        return bool(self.felt.any()) or any(result.outcome not in unpressed for result in self.results)
+
+    @property
     def heard(self) -> BoolArray:
         """(taxels,) whether a value of each arrived."""
         return np.isfinite(self.lowest)

@@ -25,14 +25,14 @@ def window(window_again):
 
 
 def connected(window, tmp_path, touches, dead):
-    """Connect to a skin whose touches begin 2.5 s after the start, and unfold the panel."""
+    """Connect to a skin whose touches begin 5 s after the start, and unfold the panel."""
 
     def change(values, number):
         values[dead] = 200.0
         return values
 
     skin = window.live.prepared.skin
-    rows = [f"{time}," + ",".join(map(str, values)) for values, time in pressed(skin, touches, change=change)]
+    rows = [f"{time}," + ",".join(map(str, values)) for values, time in pressed(skin, touches, change=change, rest=5.0)]
     path = tmp_path / "readings.csv"
     path.write_text("\n".join(["time," + ",".join(map(str, range(len(skin)))), *rows]))
     window.live.connection.open(LiveInputSettings(str(path), SourceOptions(speed=None)))
@@ -65,6 +65,14 @@ def test_parts_are_highlighted_until_they_respond_and_the_result_is_listed_and_s
     panel = connected(window, tmp_path, [half, first[len(half) :], parts[1].taxels], dead)
     press(panel, "start")
     assert prompt(panel) == "Leave the skin untouched for 2 s"
+    seconds(window, 2.5)
+    panel.refresh()
+    press(panel, "finish")
+    assert prompt(panel).startswith("Done, but nothing was pressed")
+    assert [note.words for note in panel.findChild(NoteList, "check-notes").notes] == [
+        "Not checked: nothing was pressed."
+    ]
+    press(panel, "start")
     seconds(window, 2.4)
     panel.refresh()
     selection = window.views.selection

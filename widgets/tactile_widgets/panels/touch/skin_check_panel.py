@@ -22,6 +22,7 @@ from tactile_widgets.session.live_input import LiveInput
 _REFRESH_MS = 100
 _IDLE = "Press the modules of the skin one after another; faulty channels are found by what they send."
 _DONE = "Done. The faulty channels are selected on body and map."
+_UNPRESSED = "Done, but nothing was pressed: only missing values and noise were checked."
 _NO_NOTES = "Faulty channels are listed here."
 _NAMED = 12
 """Maximum number of channels that a note names; the report lists all."""
@@ -161,7 +162,8 @@ class _Shown:
         outcomes = [result.outcome for result in check.results]
         left = check.stage is CheckStage.DONE
         self.stage = check.stage
-        self.prompt = _DONE if left else as_sentence(check.prompt)
+        done = _DONE if check.any_pressed else _UNPRESSED
+        self.prompt = done if left else as_sentence(check.prompt)
         self.missing = check.missing
         self.pressed = check.pressed
         self.progress = round(1000 * (1.0 if left else check.current / max(len(check.parts), 1)))
@@ -183,7 +185,9 @@ def _notes(check: SkinCheck) -> list[Note]:
         if taxels:
             names = names_text(list(map(check.skin.taxel_text, taxels)), _NAMED, separator="; ")
             notes.append(Note(f"{len(taxels)} {fault}", f"{names}: {FAULT_TEXTS[fault]}", fault=True))
-    if not notes:
+    if not notes and not check.any_pressed:
+        notes.append(Note("Not checked", "nothing was pressed."))
+    elif not notes:
         count = int(check.felt.sum())
         notes.append(Note("No faults", f"{counted(count, 'taxel')} pressed, and all respond."))
     return notes
