@@ -32,7 +32,7 @@ def skin(tmp_path_factory):
     return str(path)
 
 
-def written(path, parts=PARTS):
+def written(path, parts=PARTS, **stream):
     """Write readings in which the parts are pressed, with a dead channel and two swapped ones."""
 
     def change(values, number):
@@ -41,7 +41,7 @@ def written(path, parts=PARTS):
         return values
 
     lines = ["time," + ",".join(map(str, SKIN.identity.ids))]
-    lines += [f"{time}," + ",".join(map(str, values)) for values, time in pressed(SKIN, parts, change=change)]
+    lines += [f"{time}," + ",".join(map(str, values)) for values, time in pressed(SKIN, parts, change=change, **stream)]
     path.write_text("\n".join(lines))
     return str(path)
 
@@ -72,8 +72,9 @@ def test_recorded_check_gives_numbers_and_a_self_contained_page(skin, tmp_path, 
 
 
 def test_file_of_any_touches_is_the_default_of_a_file(skin, tmp_path, capsys):
-    assert main(["check", written(tmp_path / "any.csv", [PARTS[2], PARTS[1]]), "--skin", skin]) == 0
+    assert main(["check", written(tmp_path / "any.csv", [PARTS[2], PARTS[1]], gap=0.2), "--skin", skin]) == 0
     captured = capsys.readouterr()
+    assert re.search(r"Touches +1; pauses below 0\.3 s do not separate touches", captured.out)
     assert re.search(r"Parts +2 not checked|Parts +.*2 felt", captured.out)
     assert re.search(r"module 11, channel \d+ +dead", captured.out)
     assert "warning" not in captured.err

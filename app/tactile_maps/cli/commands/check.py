@@ -33,7 +33,7 @@ from tactile_maps.live.checking.report import (
     swap_texts,
     write_check_report,
 )
-from tactile_maps.live.checking.skin_check import CheckSettings, CheckStage, Outcome, SkinCheck
+from tactile_maps.live.checking.skin_check import RELEASED, CheckSettings, CheckStage, Outcome, SkinCheck
 from tactile_maps.live.checking.verdicts import Verdicts, verdicts_of
 from tactile_maps.live.motion.command_loop import CommandLoop
 from tactile_maps.live.prepare import prepare_measured
@@ -197,7 +197,8 @@ def _rows(result: dict[str, Any], channels: str) -> dict[str, object]:
     unclear = [part for part in result["parts"] if part["outcome"] not in (Outcome.FELT, Outcome.OPEN)]
     return {
         "Source": result["source"],
-        "Readings": f"{result['readings']}, {counted(result['touches'], 'touch')}",
+        "Readings": result["readings"],
+        "Touches": f"{result['touches']}; pauses below {RELEASED:g} s do not separate touches",
         "Parts": ", ".join(f"{count} {name}" for name, count in result["outcomes"].items() if count),
         **{part["name"]: _part_text(part) for part in unclear[:_NAMED]},
         "Channels": channels,

@@ -29,7 +29,7 @@ _NOISY = 8.0
 """A channel is noisy above this multiple of the median noise."""
 _LEAST_AT_REST = 10
 """Minimum number of readings of the skin at rest."""
-_RELEASED = 0.3
+RELEASED = 0.3
 """A touch ends once every taxel has been below this share of its peak, or below its limit, for so many seconds."""
 _DRIFT_SECONDS = 2.0
 """Time constant with which the baseline follows the readings while nothing is felt [s]."""
@@ -133,7 +133,7 @@ class SkinCheck:
         current: Number of the part to press.
         note: Remark on the newest touch, for the user; empty if there is none.
         readings: Number of readings.
-        touches: Number of touches that have ended.
+        touches: Number of touches that have ended; those less than ``RELEASED`` apart count as one.
         baseline: (taxels,) value at rest; NaN where none arrived.
         noise: (taxels,) standard deviation at rest.
         limit: (taxels,) change above which a taxel is felt.
@@ -271,7 +271,7 @@ class SkinCheck:
             found = f"{self.readings} readings"
             remedy = f"Leave the skin untouched for {self.settings.rest:g} s at the start, at {_LEAST_AT_REST} readings"
             raise LiveError("the readings ended before the skin at rest was measured", value=found, remedy=remedy)
-        if self.stage is CheckStage.PRESS and self.settings.ordered and self._touch.pressed:
+        if self.stage is CheckStage.PRESS and self._touch.pressed:
             self._end_touch()
         if self.stage is CheckStage.PRESS and self.settings.ordered and self.felt_in[self.current].any():
             self._leave(self._outcome())
@@ -314,7 +314,7 @@ class SkinCheck:
         size = np.abs(change)
         self._keep_extremes(values, change, size)
         touch = self._touch
-        below = np.maximum(self.limit, _RELEASED * touch.peak)
+        below = np.maximum(self.limit, RELEASED * touch.peak)
         touching = bool(((size > below) & ~self._noisy).any())
         if touching:
             touch.pressed = True
@@ -325,7 +325,7 @@ class SkinCheck:
             recovers = self._time < self._recovering
             follow = -np.expm1(-passed / np.where(recovers, _RECOVERY_SECONDS, _DRIFT_SECONDS))
             self.baseline = np.where(quiet, self.baseline + follow * change, self.baseline)
-        if touch.pressed and self._time - touch.last >= _RELEASED:
+        if touch.pressed and self._time - touch.last >= RELEASED:
             self.baseline += change  # a cover that recovers slowly would seem to be touched again
             self._recovering[touch.peak > self.limit] = self._time + _RECOVERY
             self._end_touch()
