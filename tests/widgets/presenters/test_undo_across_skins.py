@@ -13,6 +13,7 @@ from PySide6.QtWidgets import QApplication
 from tactile_maps.editing.arrange import rotate
 from tactile_maps.maps.formats.map_file import map_to_bytes
 from tactile_widgets.dialogs.dialogs import Button
+from tactile_widgets.panels.history_panel import HistoryPanel
 from tests.widgets.presenters.control.test_control_presenter import click
 from tests.widgets.presenters.files.test_grid_edits import autosave
 from tests.widgets.presenters.test_live_input_presenter import draw_path
@@ -385,3 +386,35 @@ def test_edited_patch_of_a_link_that_the_skin_leaves_is_reported(window):
     window.editor.do("turn", lambda document: rotate(document, [names.index("shoulder")], 1.0))
     apply_skin(window, "shoulder")
     assert "Not on the new skin and removed: the map edits of shoulder." in window.notification_bar.text
+
+
+@pytest.mark.parametrize(
+    "undone", ["map", "", *(pytest.param(one, marks=pytest.mark.long) for one in ("force", "skin"))]
+)
+def test_skin_that_is_refused_changes_no_step(window, edits, tmp_path, undone):
+    """An edit that was undone can still be redone after a refused skin, and no step is added."""
+    if undone:
+        edits[undone]()
+        do(window, "undo")
+    before = offered(window)
+    rows = window.column.get(HistoryPanel).steps.items
+    file = tmp_path / "far.csv"
+    file.write_text("id,x,y,z,link\n0,9,9,9,upper_arm\n1,9,9.01,9,upper_arm\n")
+    window.presenters.files.open_path(str(file))
+    QApplication.processEvents()
+    assert "far.csv" in window.notification_bar.text
+    assert offered(window) == before
+    assert window.column.get(HistoryPanel).steps.items == rows
+    if undone:
+        do(window, "redo")
+        assert offered(window) == (before[1].replace("Redo", "Undo"), False)
+
+
+@pytest.mark.long
+def test_edit_that_was_undone_before_a_change_of_the_skin_is_not_redone_after_it(window, edits):
+    walk(window, edits["map"], edits["map"])
+    do(window, "undo")
+    edits["skin"]()
+    assert offered(window) == ("Undo change skin", False)
+    do(window, "undo")
+    assert offered(window) == ("Undo rotate", False)

@@ -109,7 +109,7 @@ class SkinSteps(QObject):
         self._at = 0  # the scene that is shown
         self._requested = 0  # the scene that is shown once it is open
         self._from_start = False
-        self._is_new = False  # the requested step was not made before
+        self._replaced: list[_SkinStep] | None = None  # the steps without the requested one, if that is new
 
     @property
     def pending(self) -> bool:
@@ -156,12 +156,15 @@ class SkinSteps(QObject):
         return self._steps[self._at + 1] if self.can_redo else NO_STEP
 
     def push(self, name: str, before: Scene, after: Scene) -> None:
-        """Add the step ``name`` from scene ``before`` to scene ``after`` and request to open ``after``."""
+        """Request to open ``after``, as the step ``name`` from scene ``before``.
+
+        The step replaces those that were undone, unless its scene is not opened: then all steps are as before.
+        """
         self.cancel()
         done = self._steps[: self._at + 1] or [_SkinStep(_FIRST, before, number=0)]
+        self._replaced = self._steps
         self._steps = [*done, _SkinStep(name, after)]
         self._request(len(done), from_start=True)
-        self._is_new = self.pending
 
     @property
     def names_before(self) -> tuple[str, ...]:
@@ -174,8 +177,12 @@ class SkinSteps(QObject):
         return tuple(step.name for step in self._steps[self._at + 1 :]) if self._follows else ()
 
     def undo(self) -> None:
-        """Cancel a step whose scene is being opened; else undo the last step, which returns to the last edit before."""
+        """Cancel a step whose scene is being opened, which can then be redone; else undo the last step.
+
+        Undo of a step returns to the last edit before it.
+        """
         if self.pending:
+            self._replaced = None
             self.cancel()
         elif self.can_undo:
             self.cancel()
@@ -217,20 +224,23 @@ class SkinSteps(QObject):
     def show_requested(self) -> None:
         """Note that the requested scene is shown; a new step then follows the edits made while it was opened."""
         at = self._at = self._requested
-        if self._is_new:
+        if self._replaced is not None:
             self._steps[at] = _SkinStep(self._steps[at].name, self._steps[at].scene)
-        self._is_new = False
+        self._replaced = None
         self.changed.emit()
 
     def stop(self) -> None:
-        """Note that the requested scene is not opened."""
+        """Note that the requested scene is not opened; a new step was not made then."""
+        if self._replaced is not None:
+            self._steps = self._replaced
+        self._replaced = None
         self._requested = self._at
-        self._is_new = False
         self.changed.emit()
 
     def reset(self) -> None:
         """Discard all steps, because another scene is shown."""
         self._steps = []
+        self._replaced = None
         self._at = 0
         self.stop()
 

@@ -61,8 +61,8 @@ class UndoInOrder:
         self._outdated: set[int] = set()  # numbers of steps that cannot be redone
 
     def note_edit(self) -> None:
-        """Note an edit, if one was made since the last call."""
-        newest = max(stack.undo_step.number for stack in self._stacks)
+        """Note an edit, if one was made since the last call; one that is in progress may still be refused."""
+        newest = max((stack.undo_step.number for stack in self._stacks if not stack.unfinished), default=0)
         if newest > self._newest:
             self._newest = newest
             self._outdated.update(stack.redo_step.number for stack in self._stacks)
@@ -137,7 +137,7 @@ class MapUndo:
         history = self._editor.history
         if history is None or not history.position or self._skins.pending:
             return self._skins.undo_step
-        return history.undo_step
+        return max(history.undo_step, self._skins.undo_step, key=lambda step: step.number)
 
     @property
     def redo_step(self) -> Step:
