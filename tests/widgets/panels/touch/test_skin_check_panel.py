@@ -110,6 +110,16 @@ def test_parts_are_highlighted_until_they_respond_and_the_result_is_listed_and_s
     assert opened == [str(tmp_path / "skin check.html"), str(report.with_stem("skin 2"))], "the folder is remembered"
     assert "1 dead" in report.read_text(encoding="utf8")
     assert np.array_equal(selection.taxels, np.sort(selection.taxels))
+    page = report.read_text(encoding="utf8")
+    report.unlink()
+    window.live.connection.close()
+    panel = connected(window, tmp_path, [], 0)
+    assert [note.words for note in panel.findChild(NoteList, "check-notes").notes] == notes
+    assert not panel.findChild(QPushButton, "check-back").isEnabled(), "no reading can follow"
+    press(panel, "save")
+    assert report.read_text(encoding="utf8") == page, "the result is kept until another check begins"
+    press(panel, "start")
+    assert not panel.findChild(QPushButton, "check-save").isEnabled()
 
 
 @pytest.mark.long
@@ -123,4 +133,19 @@ def test_check_cannot_be_finished_at_rest_and_is_reset_by_a_new_connection(windo
     window.live.connection.close()
     panel = connected(window, tmp_path, [], 0)
     assert panel.findChild(QPushButton, "check-start").isEnabled()
+    assert "one after another" in prompt(panel)
+
+
+@pytest.mark.long
+def test_check_that_a_closed_connection_ended_is_kept_for_its_skin(window, tmp_path):
+    panel = connected(window, tmp_path, [], 0)
+    press(panel, "start")
+    seconds(window, 2.4)
+    window.live.connection.close()
+    panel = connected(window, tmp_path, [], 0)
+    assert prompt(panel).startswith("Done")
+    assert panel.findChild(QPushButton, "check-save").isEnabled()
+    window.live.connection.close()
+    window.presenters.files.open_robot("slide")
+    panel = connected(window, tmp_path, [], 0)
     assert "one after another" in prompt(panel)

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from datetime import datetime
+from typing import TypeVar
 
 import numpy as np
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QWidget
 
+from tactile_maps.core.arrays import FloatArray
 from tactile_maps.core.errors import TactileMapsError, counted, names_text
+from tactile_maps.editing.layout_import import same_skin
 from tactile_maps.live.checking.report import check_facts, swap_texts, write_check_report
 from tactile_maps.live.checking.skin_check import CheckStage, Outcome, SkinCheck
 from tactile_maps.live.checking.verdicts import FAULT_TEXTS, verdicts_of
+from tactile_maps.session.prepare import PreparedScene
 from tactile_widgets.common.make import SteadyLabel, add_fact, make, progress_bar, push_button, row_layout, value_label
 from tactile_widgets.common.note_list import Note, NoteList
 from tactile_widgets.common.sentence import as_sentence
@@ -27,9 +32,29 @@ _NO_NOTES = "Faulty channels are listed here."
 _NAMED = 12
 """Maximum number of channels that a note names; the report lists all."""
 
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class _Ended:
+    """The check of a connection that was closed.
+
+    Attributes:
+        check: The check.
+        facts: Date, source and files for its report.
+        points: (taxels, 2) places of the taxels on the map [m].
+    """
+
+    check: SkinCheck
+    facts: Mapping[str, object]
+    points: FloatArray
+
 
 class SkinCheckPanel(ConnectedPanel):
-    """Steps of the check with its keys, and its result. The taxels to press are selected, felt ones are green."""
+    """Steps of the check with its keys, and its result. The taxels to press are selected, felt ones are green.
+
+    The result is kept for the next connection to the same skin, until another check begins.
+    """
 
     report_requested = Signal()
     """The user saves the report; the receiver asks for a file and calls ``save_report``."""
@@ -38,6 +63,7 @@ class SkinCheckPanel(ConnectedPanel):
         super().__init__("Skin check", "skin-check-panel", _REFRESH_MS, parent)
         self._started: datetime | None = None
         self._ended = False
+        self._earlier: _Ended | None = None
         self._error = ""
         self._prompt = make(SteadyLabel, _IDLE, self, objectName="check-prompt", wordWrap=True)
         self._prompt.setAlignment(Qt.AlignmentFlag.AlignTop)
@@ -70,23 +96,28 @@ class SkinCheckPanel(ConnectedPanel):
         self.column.addWidget(self._notes)
 
     def show_input(self, live: LiveInput | None) -> None:
+        self._keep_check()
         self._started = None
         self._ended = False
         self._error = ""
         self._notes.show_notes([])
         super().show_input(live)
 
+    def show_prepared(self, prepared: PreparedScene) -> None:
+        if self._earlier is not None and not same_skin(self._earlier.check.skin, prepared.skin):
+            self._earlier = None
+
     def refresh(self) -> None:
         if self._input is None or self.folded:
             return
-        shown = self._input.with_check(_Shown)
+        shown = self._with_check(_Shown)
         going = shown is not None and shown.stage is not CheckStage.DONE
         pressing = shown is not None and shown.stage is CheckStage.PRESS
         self._start.setText("Check again…" if shown is not None else "Check the skin…")
         for button, enabled in (
             (self._start, not going),
             (self._save, shown is not None and shown.stage is not CheckStage.REST),
-            (self._back, shown is not None and shown.stage is not CheckStage.REST),
+            (self._back, shown is not None and shown.stage is not CheckStage.REST and self._earlier is None),
             (self._skip, pressing),
             (self._next, pressing),
             (self._finish, pressing),
@@ -110,8 +141,7 @@ class SkinCheckPanel(ConnectedPanel):
         self.refresh()
 
     def _show_result(self) -> None:
-        assert self._input is not None
-        found = self._input.with_check(lambda check: (_notes(check), verdicts_of(check).faulty))
+        found = self._with_check(lambda check: (_notes(check), verdicts_of(check).faulty))
         if found is None:
             return
         notes, faulty = found
@@ -119,6 +149,7 @@ class SkinCheckPanel(ConnectedPanel):
         self._selection.mark(faulty, np.zeros(0, dtype=np.int64))
 
     def _on_start_clicked(self) -> None:
+        self._earlier = None
         self._started = datetime.now().astimezone()
         self._notes.show_notes([])
         self._error = self._try(LiveInput.begin_check)
@@ -142,17 +173,40 @@ class SkinCheckPanel(ConnectedPanel):
 
     def save_report(self, path: str) -> None:
         """Write the report of the check; show an error in the panel."""
-        live = self._input
-        if live is None or self._started is None:
-            return
-        prepared = live.session.prepared
-        facts = check_facts(prepared, live.connection.source.address, str(live.facts()[0].unit), self._started)
-        points = live.session.map.taxel_points
+        facts, points = self._stated() if self._earlier is None else (self._earlier.facts, self._earlier.points)
         try:
-            live.with_check(lambda check: write_check_report(check, path, facts, points=points))
+            self._with_check(lambda check: write_check_report(check, path, facts, points=points))
         except TactileMapsError as error:
             self._error = as_sentence(str(error))
         self.refresh()
+
+    def _with_check(self, act: Callable[[SkinCheck], T]) -> T | None:
+        """Call ``act`` with the check that is shown; return its result, None without a check."""
+        if self._earlier is not None:
+            return act(self._earlier.check)
+        return None if self._input is None else self._input.with_check(act)
+
+    def _stated(self) -> tuple[Mapping[str, object], FloatArray]:
+        """Return what the report states about the connection, and the places of the taxels on its map."""
+        live = self._input
+        assert live is not None
+        assert self._started is not None
+        source = live.connection.source.address
+        facts = check_facts(live.session.prepared, source, str(live.facts()[0].unit), self._started)
+        return facts, live.session.map.taxel_points
+
+    def _keep_check(self) -> None:
+        """Finish the check of the connection that is closed, and keep it if the skin at rest was measured."""
+        if self._started is not None and (check := self._with_check(_finished)) is not None:
+            self._earlier = _Ended(check, *self._stated())
+
+
+def _finished(check: SkinCheck) -> SkinCheck | None:
+    """Finish a check; return None if the skin at rest was not measured."""
+    if check.stage is CheckStage.REST:
+        return None
+    check.finish()
+    return check
 
 
 class _Shown:
