@@ -32,6 +32,7 @@ from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass
 from functools import partial
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -370,7 +371,7 @@ class Ros2Source:
         slow: True.
 
     Raises:
-        LiveError: The mapping has no type.
+        LiveError: The mapping has no type, or ROS 2 is not installed.
     """
 
     finite = False
@@ -380,6 +381,9 @@ class Ros2Source:
         if topics.type is None:
             remedy = 'Add the type to [readings], for example type = "std_msgs/msg/Float32MultiArray"'
             raise LiveError("the mapping does not state the type of the messages", place="readings.type", remedy=remedy)
+        if find_spec("rclpy") is None:  # attempts to connect would repeat it for ever
+            remedy = "Install ROS 2 and source its setup file before starting, or play a bag of the topic"
+            raise LiveError("ROS 2 is not installed", place="rclpy", remedy=remedy)
         self.address = f"ros2:{topics.topic}"
         self._topics = topics
         self._reader = MessageReader(topics)
@@ -389,13 +393,13 @@ class Ros2Source:
         self._arrived: deque[tuple[str, bytes]] = deque()
 
     def open(self) -> None:
-        """Subscribe; raises LiveError if ROS 2 is not installed or does not know the type."""
+        """Subscribe; raises LiveError if ROS 2 cannot be imported or does not know the type."""
         try:
             import rclpy  # type: ignore[import-not-found,unused-ignore]
             from rosidl_runtime_py.utilities import get_message  # type: ignore[import-not-found,unused-ignore]
         except ImportError as error:
-            remedy = "Install ROS 2 and source its setup file before starting, or play a bag of the topic"
-            raise LiveError("ROS 2 is not installed", value=error, remedy=remedy) from error
+            remedy = "Source the setup file of ROS 2 before starting"
+            raise LiveError("ROS 2 cannot be imported", value=error, remedy=remedy) from error
         self._store = message_types(self._topics)
         if self._topics.type not in self._store.fielddefs:
             remedy = "Add its definition to [types]: the text of its .msg file"
