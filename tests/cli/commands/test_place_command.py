@@ -214,7 +214,7 @@ def test_guide_example_of_a_robot_that_touches_itself_prints_what_the_guide_stat
 @pytest.mark.parametrize(
     ("text", "problem"),
     [
-        ("x,y,100\n0,0,1\n", "header: a column is missing .found: z"),
+        ("x,y,100\n0,0,1\n", "header: a column is missing: z .found: x, y, 100"),
         ("x,y,z,99\n0,0,0,1\n", "columns name unknown taxels .found: 99"),
         ("x,y,z\n0,0,0\n", "no column names a taxel"),
         ("x,y,z,100\n0,0,0,1\n", "no reading of the untouched skin"),

@@ -35,7 +35,7 @@ def test_taxel_of_a_reading_is_given_by_number_or_position(tmp_path):
 
 
 def test_column_for_each_taxel_may_have_empty_cells(tmp_path):
-    log = read(tmp_path, "# known weights\nmass_g,4,2\n0,10,20\n200,15,\n")
+    log = read(tmp_path, "# known weights\nmass_g;4;2\n0;10;20\n200;15;\n")
     assert np.allclose(log.loads, [0, 0.2 * GRAVITY])
     assert log.readings[0, [4, 2]].tolist() == [10.0, 20.0]
     assert log.readings[1, 4] == 15.0

@@ -74,5 +74,5 @@ def test_invalid_touch_by_another_link_is_reported(log_of, rows, problem):
 def test_touching_link_and_robot_must_be_given_together(log_of):
     with pytest.raises(LiveError, match=r"header: the place of a touching link needs a robot.*--robot"):
         log_of(HEAD, robot=None)
-    with pytest.raises(LiveError, match=r"header: a column is missing .found: touching_link.*omit --robot"):
+    with pytest.raises(LiveError, match=r"header: a column is missing: touching_link .*omit --robot"):
         log_of("x,y,z,100\n,,,0\n")

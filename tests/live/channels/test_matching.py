@@ -151,7 +151,7 @@ def test_table_maps_stream_ids_to_taxels(tmp_path):
     ("text", "said"),
     [
         ("", "empty"),
-        ("id\n3\n", "column is missing"),
+        ("id\n3\n", "column is missing: taxel .found: id"),
         ("id,taxel\n3\n", "line 2: a row does not fit"),
         ("id,taxel\n3,60\n", "line 2: unknown taxel"),
         ("id,taxel\n3,x\n", "line 2, taxel: expected a whole number"),

@@ -99,6 +99,17 @@ def test_three_columns_are_pressure_and_shear_and_a_single_one_is_pressure(tmp_p
     assert (third.ids.tolist(), third.values.tolist()) == ([9], [6.0])
 
 
+@pytest.mark.parametrize("separator", [";", "\t"])
+def test_cells_may_be_separated_by_semicolons_or_tabs(tmp_path, separator):
+    path = tmp_path / "readings.csv"
+    path.write_text("time,3,4\n0.5,1,\n".replace(",", separator))
+    (reading,) = rows(path, read_table)
+    assert (reading.time, reading.ids.tolist(), reading.values.tolist()) == (0.5, [3], [1.0])
+    path.write_text("time;3\n0,5;1\n")
+    (error,) = rows(path, read_table)
+    assert str(error).startswith("line 2: the table uses decimal commas (found: 0,5). Replace them by decimal points")
+
+
 def test_columns_may_be_ids_with_their_link(tmp_path):
     path = tmp_path / "readings.csv"
     path.write_text("time,l_hand:3,base/skin.1:3\n0,1,\n1,2,5\n")
@@ -112,13 +123,13 @@ def test_columns_may_be_ids_with_their_link(tmp_path):
     [
         ("time,l:3,4\n0,1,2\n", "only some ids have a link .found: 1 of 2"),
         ("time,l:3,l:03\n0,1,2\n", "a taxel has two columns .found: l:03"),
-        ("", "column is missing"),
+        ("", "the table is empty"),
         ("0,1.5,2\n0.1,2,3\n", "has no header .found: 0.. Add a first line"),
         ("time,stamp,3\n0,0,1\n", "several columns state the time .found: time, stamp"),
         ("time,3_x,3_y,3_z\n", "need a component.*# component: z"),
         ("# component: w\ntime,3_x,3_y,3_z\n", "need a component .found: w"),
-        ("# component: z\ntime,3_x,3_z\n", "column is missing .found: 3_y"),
-        ("a,b\n", "column is missing"),
+        ("# component: z\ntime,3_x,3_z\n", "column is missing: 3_y .found: time, 3_x, 3_z"),
+        ("a,b\n", "column is missing: time .found: a, b"),
         ("time,pressure\n0,1\n", "unknown column .found: pressure"),
         (f"time,{2**64}\n0,1\n", "unknown column .found: 18446744073709551616"),
         (f"time,3.{'9' * 5000}\n0,1\n", "unknown column .found: 3.999"),

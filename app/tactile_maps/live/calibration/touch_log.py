@@ -25,7 +25,7 @@ from tactile_maps.geometry.surface.pose import Pose
 from tactile_maps.live.calibration.calibration_log import PLACE_COLUMN, TAXEL_CHANNEL, TAXEL_ID
 from tactile_maps.live.readings.joint_range import plausible_range
 from tactile_maps.live.readings.readings import Reading, SourceEndedError
-from tactile_maps.live.readings.tables import decimal_number, read_cells
+from tactile_maps.live.readings.tables import decimal_number, missing_column, read_cells
 from tactile_maps.live.sources.open import SourceOptions, open_source
 from tactile_maps.robots.kinematics import Configuration
 from tactile_maps.robots.model.robot import Robot
@@ -127,7 +127,7 @@ def _places(header: Sequence[str], rows: Sequence[tuple[int, Sequence[str]]], pa
     }
     if missing := set("xyz") - found.keys():
         remedy = "The header needs x, y, z [m], or x_mm, y_mm, z_mm"
-        raise LiveError("a column is missing", file=path, place="header", value=min(missing), remedy=remedy)
+        raise missing_column(min(missing), header, path, remedy)
     columns = [found[axis] for axis in "xyz"]
     places = np.array(
         [[decimal_number(cells[at], path, line, header[at]) for at, _ in columns] for line, cells in rows]
@@ -147,7 +147,7 @@ def _on_touched_link(
     names = [word.lower() for word in header]
     if _TOUCHING not in names:
         remedy = "Name the link of the robot that touches, or omit --robot"
-        raise LiveError("a column is missing", file=path, place="header", value=_TOUCHING, remedy=remedy)
+        raise missing_column(_TOUCHING, header, path, remedy)
     joints = {word.removeprefix(_JOINT): at for at, word in enumerate(header) if word.startswith(_JOINT)}
     configuration = Configuration(robot)
     places = np.full_like(points, np.nan)
@@ -237,7 +237,7 @@ def _along_trajectory(
     """Return the interpolated place (m, 3) of each reading, NaN outside the trajectory, and the readings (m, n)."""
     names = [word.lower() for word in header]
     if "time" not in names:
-        raise LiveError("a column is missing", file=path, place="header", value="time", remedy="State times in seconds")
+        raise missing_column("time", header, path, "State times in seconds")
     at = names.index("time")
     there = np.isfinite(places).all(axis=1)
     times = np.array([decimal_number(cells[at], path, line, "time") for line, cells in rows])[there]

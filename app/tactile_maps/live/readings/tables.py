@@ -6,12 +6,14 @@ import csv
 import math
 import re
 import tomllib
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from tactile_maps.core.errors import LiveError
+from tactile_maps.core.errors import LiveError, names_text
 from tactile_maps.core.files import read_bounded_text
 from tactile_maps.core.toml import parse_toml
+from tactile_maps.skin.formats.vendors.documents import refuse_decimal_comma, separator_of
 
 
 def read_toml(path: Path) -> dict[str, Any]:
@@ -32,8 +34,9 @@ def read_cells(path: Path) -> list[tuple[int, list[str]]]:
     kept = [(number, line) for number, line in enumerate(lines, start=1) if line.strip() and line.lstrip()[0] != "#"]
     if not kept:
         raise LiveError("the table is empty", file=path)
+    separator = separator_of(kept[0][1])
     rows: list[tuple[int, list[str]]] = []
-    for (line, _), cells in zip(kept, csv.reader(line for _, line in kept), strict=True):
+    for (line, _), cells in zip(kept, csv.reader((line for _, line in kept), delimiter=separator), strict=True):
         if rows and len(cells) != len(rows[0][1]):
             found = f"{len(cells)} of {len(rows[0][1])} columns"
             raise LiveError("a row does not fit the header", file=path, place=f"line {line}", value=found)
@@ -52,8 +55,16 @@ def read_rows(path: Path, needed: tuple[str, ...]) -> list[tuple[int, dict[str, 
     for name in needed:
         if name not in names:
             remedy = f"Its header needs: {', '.join(needed)}"
-            raise LiveError("a column is missing", file=path, place=f"line {first}", value=name, remedy=remedy)
+            raise missing_column(name, header, path, remedy, place=f"line {first}")
     return [(line, dict(zip(names, cells, strict=True))) for line, cells in rows]
+
+
+def missing_column(
+    name: str, header: Sequence[str], path: Path, remedy: str | None = None, *, place: str = "header"
+) -> LiveError:
+    """Return the error about a column that a table does not have, with the columns that it has."""
+    found = names_text(header)
+    return LiveError(f"a column is missing: {name}", file=path, place=place, value=found, remedy=remedy)
 
 
 def decimal_number(text: str, path: str | Path, line: int, column: str) -> float:
@@ -61,6 +72,7 @@ def decimal_number(text: str, path: str | Path, line: int, column: str) -> float
     try:
         return float(text) if text else math.nan
     except ValueError as error:
+        refuse_decimal_comma(text, place=f"line {line}, {column}", error=LiveError, file=Path(path))
         raise LiveError("expected a number", file=path, place=f"line {line}, {column}", value=text) from error
 
 

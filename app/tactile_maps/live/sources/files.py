@@ -1,10 +1,11 @@
 """Recorded readings, played back at their original speed or as fast as they are processed.
 
-A table has one row per reading. Its columns: ``time`` [s], also named ``timestamp``, ``stamp`` or ``t`` and with a
-unit (``time_ms``); optionally ``sequence``; for each taxel its hardware id (``87012``) or module and channel
-(``14.3``); ``joint:NAME`` for positions. A first line ``# unit: kPa`` states the unit. An empty cell means that the
-taxel sent no value. With three columns per taxel (``87012_x``, ``87012_y``, ``87012_z``), a line ``# component: z``
-states which is its value, or ``norm``; with ``xyz``, z is its pressure, x and y are its shear.
+A table has one row per reading; commas, semicolons or tabs separate its cells. Its columns: ``time`` [s], also named
+``timestamp``, ``stamp`` or ``t`` and with a unit (``time_ms``); optionally ``sequence``; for each taxel its hardware id
+(``87012``) or module and channel (``14.3``); ``joint:NAME`` for positions. A first line ``# unit: kPa`` states the
+unit. An empty cell means that the taxel sent no value. With three columns per taxel (``87012_x``, ``87012_y``,
+``87012_z``), a line ``# component: z`` states which is its value, or ``norm``; with ``xyz``, z is its pressure, x and y
+are its shear.
 """
 
 from __future__ import annotations
@@ -32,9 +33,11 @@ from tactile_maps.live.readings.readings import (
     labels_of,
     unit_of,
 )
+from tactile_maps.live.readings.tables import missing_column
 from tactile_maps.recording.player import RecordingPlayer
 from tactile_maps.session.frame import MeasuredValues
 from tactile_maps.session.inputs import CalibrationUsed
+from tactile_maps.skin.formats.vendors.documents import refuse_decimal_comma, separator_of
 
 Item = Reading | MalformedReadingError
 """A row: a reading, or why it cannot be used."""
@@ -309,8 +312,10 @@ def _time_column(names: Sequence[str], path: Path) -> tuple[int, float | None]:
     if names and all(map(_is_number, names)):
         remedy = "Add a first line with the names of the columns, such as time,0,1,2"
         raise LiveError("the table has no header", file=path, place="line 1", value=names[0], remedy=remedy)
+    if not names:
+        raise LiveError("the table is empty", file=path)
     remedy = "The header needs: time (or timestamp, stamp, t, time_ms), then one column per taxel"
-    raise LiveError("a column is missing", file=path, place="header", value="time", remedy=remedy)
+    raise missing_column("time", names, path, remedy)
 
 
 def _vectors(words: Sequence[str], component: str | None, path: Path) -> dict[str, dict[str, int]]:
@@ -329,7 +334,7 @@ def _vectors(words: Sequence[str], component: str | None, path: Path) -> dict[st
             found.setdefault(word[: match.end(1)], {})[match[2]] = at
     for label, columns in found.items():
         if missing := set("xyz") - columns.keys():
-            raise LiveError("a column is missing", file=path, place="header", value=f"{label}_{min(missing)}")
+            raise missing_column(f"{label}_{min(missing)}", words, path)
     return found
 
 
@@ -367,7 +372,7 @@ def _read_csv(path: Path) -> Iterator[Item]:
                 component = value.strip() if key.strip().lower() == "component" else component
                 line = stream.readline()
                 number += 1
-            rows = csv.reader(chain([line], stream))
+            rows = csv.reader(chain([line], stream), delimiter=separator_of(line))
             columns = _Columns.of_header(next(rows, []), path, component)
             used = [columns.time, *columns.values.ravel().tolist(), *columns.joints.values(), columns.sequence or 0]
             width = max(used) + 1
@@ -386,11 +391,19 @@ def _item(columns: _Columns, row: Sequence[str], unit: Unit, width: int, place: 
     try:
         if len(row) < width:
             raise MalformedReadingError("a row is too short", place=place, value=f"{len(row)} columns")
-        return columns.reading(np.array([float(cell) if cell.strip() else np.nan for cell in row]), unit)
-    except ValueError as error:
-        return MalformedReadingError("expected numbers", place=place, value=error)
+        return columns.reading(_numbers(row, place), unit)
     except MalformedReadingError as error:
         return error
+
+
+def _numbers(row: Sequence[str], place: str) -> FloatArray:
+    """Return the numbers of a row, NaN for empty cells."""
+    try:
+        return np.array([float(cell) if cell.strip() else np.nan for cell in row])
+    except ValueError as error:
+        for cell in row:
+            refuse_decimal_comma(cell, place=place, error=MalformedReadingError)
+        raise MalformedReadingError("expected numbers", place=place, value=error) from error
 
 
 def _read_parquet(path: Path) -> Iterator[Item]:

@@ -24,7 +24,7 @@ import numpy as np
 from tactile_maps.core.arrays import FloatArray, IntArray
 from tactile_maps.core.errors import Finding, SkinError, add_finding, errors_in_file
 from tactile_maps.core.files import read_bounded_text, write_lines
-from tactile_maps.skin.formats.vendors.documents import TableRows, table_rows
+from tactile_maps.skin.formats.vendors.documents import TableRows, refuse_decimal_comma, table_rows
 from tactile_maps.skin.formats.vendors.mapping_file import mapping_path, template_command
 from tactile_maps.skin.model.taxel_axes import NUMBERS_OF_AXES, stated_frames
 from tactile_maps.skin.model.taxel_set import (
@@ -67,9 +67,6 @@ _OTHER_NAMES = {
     **dict.fromkeys(("taxel_name", "sensor_name", "sensor"), "name"),
 }
 _LARGEST_NUMBER = 2**31
-_DECIMAL_COMMA = re.compile(r"\s*[-+]?\d+,\d+(?:[eE][-+]?\d+)?\s*", re.ASCII)
-_COMMAS = "the table uses decimal commas"
-_POINTS = "Replace them by decimal points, or export the table with decimal points"
 MAX_LINKS = 1000
 
 
@@ -176,8 +173,7 @@ def _parse(text: str, where: str) -> _Table:
 def _header(rows: TableRows, where: str, findings: list[Finding]) -> tuple[dict[str, int], dict[str, float], TableRows]:
     """Return the columns by name, the SI values of stated units, and the rows below the names."""
     line, first = rows[0]
-    if _DECIMAL_COMMA.fullmatch(first[0]):
-        raise SkinError(_COMMAS, place=f"line {line}", value=first[0].strip(), remedy=_POINTS)
+    refuse_decimal_comma(first[0], place=f"line {line}", error=SkinError)
     if is_number(first[0]):
         names = {3: _POSITION, 6: _POSITION + _NORMAL}.get(len(first))
         if names is None:
@@ -380,10 +376,7 @@ def _floats(table: _Table, rows: TableRows, group: Sequence[str]) -> FloatArray 
         line, cells = rows[row]
         text = cells[columns[k]].strip()
         if text or group is _POSITION:
-            if _DECIMAL_COMMA.fullmatch(text):
-                raise SkinError(
-                    _COMMAS, place=f"line {line}, {_column_text(table, group[k])}", value=text, remedy=_POINTS
-                )
+            refuse_decimal_comma(text, place=f"line {line}, {_column_text(table, group[k])}", error=SkinError)
             empty = "" if text else "; the cell is empty"
             problem = f"must be a number with a decimal point{empty}"
             raise _cell_error("is not a finite number" if is_number(text) else problem, table, line, group[k], text)

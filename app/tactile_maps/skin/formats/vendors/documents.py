@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 from tactile_maps.core.codec import parse_json
-from tactile_maps.core.errors import SkinError, errors_in_file
+from tactile_maps.core.errors import SkinError, TactileMapsError, errors_in_file
 from tactile_maps.core.files import read_bounded_file, read_bounded_text
 from tactile_maps.robots.files.plain_yaml import parse_yaml
 from tactile_maps.skin.model.taxel_set import MAX_TAXELS, line_error
@@ -20,6 +20,7 @@ MAX_COLUMNS = 1000
 _SEPARATORS = (";", "\t", ",")
 _GROUPED = re.compile(r'"[^"]*"|[(（][^)）]*[)）]')
 """Quoted or bracketed text, whose commas do not separate cells."""
+_DECIMAL_COMMA = re.compile(r"\s*[-+]?\d+,\d+(?:[eE][-+]?\d+)?\s*", re.ASCII)
 TableRows: TypeAlias = Sequence[tuple[int, Sequence[str]]]
 """Line numbers and cells of rows."""
 
@@ -57,6 +58,18 @@ def parse_json_file(text: str) -> object:
     return document
 
 
+def separator_of(header: str) -> str:
+    """Return the character that separates the cells of a table: semicolon, tab or comma, by its first line."""
+    return max(_SEPARATORS, key=_GROUPED.sub("", header).count)
+
+
+def refuse_decimal_comma(text: str, *, place: str, error: type[TactileMapsError], file: Path | None = None) -> None:
+    """Raise an ``error`` if a cell is a number with a decimal comma."""
+    if _DECIMAL_COMMA.fullmatch(text):
+        remedy = "Replace them by decimal points, or export the table with decimal points"
+        raise error("the table uses decimal commas", file=file, place=place, value=text.strip(), remedy=remedy)
+
+
 def table_rows(text: str) -> TableRows:
     """Return the rows of a table, all of the same length; lines that start with # are comments.
 
@@ -75,7 +88,7 @@ def table_rows(text: str) -> TableRows:
         raise SkinError("the table has no rows")
     if len(lines) > MAX_TAXELS + 1:
         raise SkinError(f"the table has more than {MAX_TAXELS} rows", value=len(lines))
-    separator = max(_SEPARATORS, key=_GROUPED.sub("", lines[0]).count)
+    separator = separator_of(lines[0])
     if (width := lines[0].count(separator) + 1) > MAX_COLUMNS:
         problem = f"the table has more than {MAX_COLUMNS} columns"
         remedy = "Keep the columns of positions, normals and ids"
