@@ -91,12 +91,14 @@ def test_checksum_damage_is_still_reported_in_the_part(copy, tmp_path, capsys):
 
 
 def test_each_episode_becomes_a_file(copy, tmp_path):
+    folder = tmp_path / "new"
     with pytest.raises(RecordingError, match="no episode"):
-        trim_episodes(RecordingPlayer(copy), tmp_path)
+        trim_episodes(RecordingPlayer(copy), folder)
+    assert not folder.exists()
     episodes = (LabelledEpisode(60, 80, "a/b: press"), LabelledEpisode(81, 90, "..", "lift it"))
     save_annotations(copy, Annotations(episodes=episodes))
-    written = trim_episodes(RecordingPlayer(copy), tmp_path)
-    assert [one.file for one in written] == [str(tmp_path / "01 a b press.mcap"), str(tmp_path / "02 episode.mcap")]
+    written = trim_episodes(RecordingPlayer(copy), folder)
+    assert [one.file for one in written] == [str(folder / "01 a b press.mcap"), str(folder / "02 episode.mcap")]
     assert [one.frames for one in written] == [21, 10]
     assert RecordingPlayer(written[1].file).annotations().episodes == episodes[1:]
     assert not annotations_file(written[1].file).exists(), "it is in the file"

@@ -16,7 +16,7 @@ import numpy as np
 from mcap.records import Message
 
 from tactile_maps.core.errors import RecordingError
-from tactile_maps.core.files import check_output, open_atomically
+from tactile_maps.core.files import check_output, make_output_folder, open_atomically
 from tactile_maps.core.progress import Progress, no_progress, part_of_progress
 from tactile_maps.recording.encoding.annotations import (
     LabelledEpisode,
@@ -211,15 +211,16 @@ def _concerns(damage: RecordingDamage, first: int, last: int) -> bool:
 def trim_episodes(
     player: RecordingPlayer, folder: Path, *, overwrite: bool = False, progress: Progress = no_progress
 ) -> list[TrimResult]:
-    """Write each labelled episode of a recording to its own file, "01 press.mcap".
+    """Write each labelled episode of a recording to its own file, "01 press.mcap", in a folder that may be new.
 
     Raises:
-        RecordingError: No episode is labelled, or as ``trim``.
+        RecordingError: No episode is labelled, and no folder is made; the folder cannot be made; or as ``trim``.
     """
     episodes = player.annotations().episodes
     if not episodes:
         remedy = "Label them in the window: Recording > Range as episode"
         raise RecordingError("no episode of the recording is labelled", file=player.path, remedy=remedy)
+    make_output_folder(folder, error=RecordingError)
     for number, one in enumerate(episodes, start=1):  # check all before writing the first
         check_output(folder / episode_file_name(number, one), error=RecordingError, overwrite=overwrite)
     written = []

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 
 import pytest
 
@@ -65,3 +66,11 @@ def test_part_beyond_the_end_ends_with_the_recording_and_a_warning(source, tmp_p
     assert RecordingPlayer(tmp_path / "x.mcap").frame(-1).tick == player.frame(-1).tick
     assert run_command([*words, str(player.duration), "--overwrite"], windows={}) == 0
     assert not capsys.readouterr().err
+
+
+def test_recording_without_episodes_leaves_no_folder(source, tmp_path, capsys):
+    copy = tmp_path / "plain.mcap"
+    shutil.copy(source, copy)
+    assert run_command(["trim", str(copy), "--episodes", "-o", str(tmp_path / "new")], windows={}) == 1
+    assert "no episode of the recording is labelled" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == [copy]

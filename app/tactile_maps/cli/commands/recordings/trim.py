@@ -7,7 +7,6 @@ from pathlib import Path
 
 from tactile_maps.cli.shared.output import print_result, print_warning, progress_line
 from tactile_maps.core.errors import RecordingError, UsageError, counted
-from tactile_maps.core.files import make_output_folder
 from tactile_maps.recording.player import RecordingPlayer
 from tactile_maps.recording.trim import TrimResult, trim, trim_episodes
 
@@ -21,7 +20,7 @@ def execute(arguments: argparse.Namespace) -> int:
     try:
         player = RecordingPlayer(arguments.input, progress=report)
         if arguments.episodes:
-            folder = make_output_folder(Path(arguments.output), error=RecordingError)
+            folder = Path(arguments.output)
             written = trim_episodes(player, folder, overwrite=arguments.overwrite, progress=report)
         else:
             written = [_part(player, arguments)]
