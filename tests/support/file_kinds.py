@@ -38,6 +38,8 @@ KINDS: Mapping[str, FileKind] = {
     "own.mcap": FileKind.RECORDING,
     "ros.mcap": FileKind.ROS_RECORDING,
     "study.csv": FileKind.STUDY_TABLE,
+    "readings.csv": FileKind.READINGS,
+    "readings_of_modules.csv": FileKind.READINGS,
 }
 
 
@@ -65,5 +67,7 @@ def write_every_kind(folder: Path) -> dict[str, Path]:
         writer = Writer(stream)
         writer.start(profile="ros2", library="libmcap 1.0")
         writer.finish()
+    files["readings.csv"].write_text("time,100,101\n0,1,2\n")
+    files["readings_of_modules.csv"].write_text("# component: z\nt [ms];l_hand:3.1_x;joint:elbow\n0;1;2\n")
     shutil.copy(min(asset("findings").glob("*.csv")), files["study.csv"])
     return files

@@ -24,6 +24,7 @@ class FileKind(Enum):
     RECORDING = "recording"
     ROS_RECORDING = "ROS 2 recording"
     STUDY_TABLE = "study table"
+    READINGS = "table of readings"
 
     @property
     def suffixes(self) -> tuple[str, ...]:
@@ -44,6 +45,9 @@ SUFFIXES: Mapping[FileKind, tuple[str, ...]] = MappingProxyType(
         FileKind.RECORDING: (".mcap",),
         FileKind.ROS_RECORDING: (".db3", ".mcap"),
         FileKind.STUDY_TABLE: (".csv", ".parquet"),
+        FileKind.READINGS: (".csv",),
     }
 )
+SOURCES = frozenset({FileKind.ROS_RECORDING, FileKind.READINGS})
+"""Kinds that are sources of readings and cannot be opened without a skin."""
 ALL_SUFFIXES = tuple(dict.fromkeys(suffix for suffixes in SUFFIXES.values() for suffix in suffixes))

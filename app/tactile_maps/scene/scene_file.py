@@ -207,6 +207,7 @@ _OPTIONS = {
     FileKind.SKIN: "with --skin",
     FileKind.MAP: "with --skin",
     FileKind.RECORDING: "to the command replay",
+    FileKind.READINGS: "to the command listen",
 }
 """How a file that is mistaken for a scene is passed instead."""
 

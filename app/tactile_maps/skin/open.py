@@ -13,14 +13,14 @@ from typing import Literal, get_args
 import numpy as np
 
 from tactile_maps.core.errors import SkinError, check_names
-from tactile_maps.core.file_kinds import FileKind
+from tactile_maps.core.file_kinds import SOURCES, FileKind
 from tactile_maps.core.progress import Progress, no_progress
 from tactile_maps.robots.files.mesh_files import read_mesh_in_metres
 from tactile_maps.robots.library import load_robot
 from tactile_maps.robots.model.home_posture import check_home
 from tactile_maps.skin.fitting.cover import CoverSpec, cover_robot
 from tactile_maps.skin.fitting.grid import GridSpec, add_grids
-from tactile_maps.skin.formats.identify import holds_taxels, kind_of
+from tactile_maps.skin.formats.identify import holds_taxels, identify, kind_of
 from tactile_maps.skin.formats.import_skin import NO_ROBOT
 from tactile_maps.skin.formats.several_files import TaxelFiles
 from tactile_maps.skin.mesh_skin import skin_of_mesh
@@ -101,6 +101,8 @@ def open_skin(
         skin = add_grids(robot, None, [spec.grid], thickness=spec.thickness)
         return replace(skin, findings=(*robot.findings, *skin.findings))
     kind = kind_of(path)
+    if kind in SOURCES:
+        identify(path, expected=set(FileKind) - SOURCES)
     if holds_taxels(path, kind, robots=spec.surface != "cover"):
         return _read_taxels((path,), spec)
     if kind is FileKind.MESH and spec.surface != "cover":

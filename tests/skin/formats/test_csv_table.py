@@ -127,6 +127,7 @@ def test_incomplete_normals_are_dropped_and_incomplete_map_points_kept(tmp_path)
         ("x;y;z\n0;0,5;0\n", "line 2, column y: the table uses decimal commas.*0,5.*Replace them by decimal points"),
         ("0,01;0;0\n", "line 1: the table uses decimal commas.*0,01"),
         ("x;y;z\n0;0.5mm;0\n", "line 2.*y must be a number with a decimal point.*0.5mm"),
+        ("time,100,l_hand:101\n0,5,6\n", "line 1: the table has readings, not taxels.*File > Connect"),
         ("a,b,c\n0,0,0\n", r"line 1: columns are missing: x, y, z \(found: a, b, c\)"),
         ("x_in,y_in,z_in\n0,0,0\n", r"columns are missing: x, y, z \(found: x_in.*known units: m, cm, mm"),
         ("x,y,z\n0,nan,0\n", "line 2.*y is not a finite"),

@@ -9,7 +9,7 @@ import pytest
 
 from tactile_maps.cli.commands.inspect import describe
 from tactile_maps.core.errors import TactileMapsError, UsageError
-from tactile_maps.core.file_kinds import FileKind
+from tactile_maps.core.file_kinds import SOURCES, FileKind
 from tactile_maps.core.files import files_read
 from tactile_maps.skin.formats.icub import positions as icub_positions
 from tactile_maps.skin.formats.identify import identify, kind_of
@@ -37,7 +37,7 @@ def test_every_kind_and_suffix_is_covered():
 
 
 @pytest.mark.sampled(9)
-@pytest.mark.parametrize("name", [name for name, kind in KINDS.items() if kind is not FileKind.ROS_RECORDING])
+@pytest.mark.parametrize("name", [name for name, kind in KINDS.items() if kind not in SOURCES])
 def test_inspect_describes_every_kind(files, name):
     known = {FileKind.ROBOT_WITH_TAXELS: "robot with taxels", FileKind.MESH: "robot"}
     kind = KINDS[name]
@@ -64,8 +64,10 @@ def test_missing_and_unknown_files_are_rejected(tmp_path):
 
 
 def test_unexpected_kind_is_rejected_with_remedy(files):
-    with pytest.raises(UsageError, match="a ROS 2 recording cannot be opened here.*Connect to it"):
-        describe(str(files["ros.mcap"]))
+    for name in (name for name, kind in KINDS.items() if kind in SOURCES):
+        for reads in (describe, open_skin):
+            with pytest.raises(UsageError, match=f"a {KINDS[name].value} cannot be opened here.*File > Connect"):
+                reads(str(files[name]))
     with pytest.raises(UsageError, match=r"a scene cannot be opened here.*Give one of: \.mcap"):
         identify(files["own.toml"], expected=(FileKind.RECORDING,))
 

@@ -13,10 +13,10 @@ from PySide6.QtCore import QFileInfo
 from PySide6.QtGui import QIcon, QStandardItemModel
 from PySide6.QtWidgets import QComboBox, QFileDialog, QFileIconProvider, QWidget
 
-from tactile_maps.core.file_kinds import FileKind
+from tactile_maps.core.file_kinds import SOURCES, FileKind
 from tactile_maps.skin.formats.identify import suffixes_of
 
-OPENED = frozenset(FileKind) - {FileKind.ROS_RECORDING}
+OPENED = frozenset(FileKind) - SOURCES
 """Kinds that the window opens when they are chosen, dropped or named on the command line."""
 ROBOTS = (FileKind.ROBOT, FileKind.ROBOT_WITH_TAXELS, FileKind.MESH)
 

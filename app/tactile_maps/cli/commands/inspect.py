@@ -15,7 +15,7 @@ from tactile_maps.cli.shared.output import plain_text, print_fields, print_json,
 from tactile_maps.cli.shared.robot_options import home_of, package_roots
 from tactile_maps.cli.shared.unused_options import refuse_with_input
 from tactile_maps.core.errors import Finding, MeshError, RecordingError, SkinError, UsageError, counted
-from tactile_maps.core.file_kinds import FileKind
+from tactile_maps.core.file_kinds import SOURCES, FileKind
 from tactile_maps.core.plugins import Plugin, Registry, unknown_kinds
 from tactile_maps.maps.formats.map_file import load_map
 from tactile_maps.recording.file.damage import DamageKind
@@ -173,8 +173,8 @@ def describe(
         return _robot_with_taxels(name, home)
     if kind is FileKind.ROBOT and is_robot_with_taxels(name, kind):
         return _robot_with_touch_sensors(name, package_roots, home)
-    if kind is FileKind.ROS_RECORDING:
-        identify(name, expected=set(FileKind) - {kind})
+    if kind in SOURCES:
+        identify(name, expected=set(FileKind) - SOURCES)
     if kind is not None and kind in _DESCRIBERS:
         return _DESCRIBERS[kind](name)
     if _is_scene(name):

@@ -24,7 +24,7 @@ import numpy as np
 from tactile_maps.core.arrays import FloatArray, IntArray
 from tactile_maps.core.errors import Finding, SkinError, add_finding, errors_in_file
 from tactile_maps.core.files import read_bounded_text, write_lines
-from tactile_maps.skin.formats.vendors.documents import TableRows, refuse_decimal_comma, table_rows
+from tactile_maps.skin.formats.vendors.documents import TableRows, names_readings, refuse_decimal_comma, table_rows
 from tactile_maps.skin.formats.vendors.mapping_file import mapping_path, template_command
 from tactile_maps.skin.model.taxel_axes import NUMBERS_OF_AXES, stated_frames
 from tactile_maps.skin.model.taxel_set import (
@@ -194,6 +194,9 @@ def _header(rows: TableRows, where: str, findings: list[Finding]) -> tuple[dict[
                 units[name] = unit
     for group in (_POSITION, _NORMAL, _POINT, _T1, _T2):
         missing = [name for name in group if name not in columns]
+        if missing and group is _POSITION and names_readings(first):
+            remedy = "Connect to it with File > Connect, or read it with the command listen"
+            raise SkinError("the table has readings, not taxels", place=f"line {line}", remedy=remedy)
         if missing and (group is _POSITION or len(missing) < len(group)):
             remedy = f"Name the columns {', '.join(group)} in the first line"
             if group[0] in _LENGTHS:

@@ -14,19 +14,22 @@ from typing import BinaryIO
 
 from tactile_maps.core.errors import TactileMapsError, UsageError
 from tactile_maps.core.file_kinds import SUFFIXES, FileKind
-from tactile_maps.core.files import MAX_UNPACKED_BYTES, array_format, open_regular_file
+from tactile_maps.core.files import MAX_UNPACKED_BYTES, array_format, open_regular_file, text_encoding
 from tactile_maps.robots.formats.touch_sensors import states_touch_sensors
 from tactile_maps.skin.formats.npz import FORMAT as TAXEL_FORMAT
 from tactile_maps.skin.formats.taxel_files import SPREADSHEETS, TAXEL_FORMATS, taxel_format_for
+from tactile_maps.skin.formats.vendors.documents import names_readings, separator_of
 from tactile_maps.skin.model.skin_file import FORMAT, MAP_FORMAT
 
 _HEAD_BYTES = 4096
 _MCAP_HEADER = struct.Struct("<8sBQ")  # magic, opcode, length; MCAP specification, Header (op=0x01)
 _MCAP_MAGIC = b"\x89MCAP0\r\n"
 MJCF_SUFFIXES = (".xml", ".mjcf")
+_CONNECT = "Connect to it as a source of readings, with File > Connect or the command listen"
 _REMEDIES = {
     FileKind.LAYOUT: "Open it alone as a flat skin, or with the positions file of the same patch as its drawn map",
-    FileKind.ROS_RECORDING: "Connect to it as a source of readings",
+    FileKind.ROS_RECORDING: _CONNECT,
+    FileKind.READINGS: _CONNECT,
 }
 """Remedies for files that cannot be opened on their own."""
 
@@ -139,9 +142,14 @@ def _urdf(stream: BinaryIO) -> FileKind:
 
 
 def _table(stream: BinaryIO) -> FileKind:
-    """Sniff a CSV: the table of a study has a column ``seed``."""
-    columns = stream.read(_HEAD_BYTES).decode("utf8", "replace").partition("\n")[0].strip().split(",")
-    return FileKind.STUDY_TABLE if "seed" in columns else FileKind.TAXELS
+    """Sniff a CSV: the table of a study has a column ``seed``, and one of readings a time and taxels by number."""
+    head = stream.read(_HEAD_BYTES)
+    lines = head.decode(text_encoding(head), "replace").splitlines()
+    header = next((line for line in lines if line.strip() and not line.lstrip().startswith("#")), "")
+    columns = header.strip().split(separator_of(header))
+    if "seed" in columns:
+        return FileKind.STUDY_TABLE
+    return FileKind.READINGS if names_readings(columns) else FileKind.TAXELS
 
 
 def _mcap(stream: BinaryIO) -> FileKind:

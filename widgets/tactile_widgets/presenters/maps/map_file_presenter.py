@@ -74,6 +74,7 @@ _ENTRIES = {
     FileKind.RECORDING: "Open recording",
     FileKind.ROS_RECORDING: "Connect",
     FileKind.STUDY_TABLE: "Open study table",
+    FileKind.READINGS: "Connect",
 }
 """Entry of the menu *File* that opens a file, by kind."""
 

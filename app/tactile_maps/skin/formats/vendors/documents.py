@@ -21,6 +21,8 @@ _SEPARATORS = (";", "\t", ",")
 _GROUPED = re.compile(r'"[^"]*"|[(（][^)）]*[)）]')
 """Quoted or bracketed text, whose commas do not separate cells."""
 _DECIMAL_COMMA = re.compile(r"\s*[-+]?\d+,\d+(?:[eE][-+]?\d+)?\s*", re.ASCII)
+_TIME = re.compile(r"(?:time|timestamp|stamp|t)(?:[ _(\[].*)?")
+_TAXEL = re.compile(r"(?:.+:)?\d+(?:\.\d+)?(?:[._ ]f?[xyz])?")
 TableRows: TypeAlias = Sequence[tuple[int, Sequence[str]]]
 """Line numbers and cells of rows."""
 
@@ -61,6 +63,12 @@ def parse_json_file(text: str) -> object:
 def separator_of(header: str) -> str:
     """Return the character that separates the cells of a table: semicolon, tab or comma, by its first line."""
     return max(_SEPARATORS, key=_GROUPED.sub("", header).count)
+
+
+def names_readings(columns: Sequence[str]) -> bool:
+    """Whether the columns of a table are those of readings: a time, and taxels by number."""
+    words = [column.strip().lower() for column in columns]
+    return any(map(_TIME.fullmatch, words)) and any(map(_TAXEL.fullmatch, words))
 
 
 def refuse_decimal_comma(text: str, *, place: str, error: type[TactileMapsError], file: Path | None = None) -> None:
