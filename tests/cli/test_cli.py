@@ -180,7 +180,8 @@ def test_file_that_is_not_a_scene_is_named_with_the_command_for_it(capsys, monke
 @pytest.mark.parametrize(
     ("name", "message"),
     [
-        ("x.txt", r"a recording has the extension \.mcap \(found: \.txt\)\. Choose the name x\.mcap"),
+        ("x.txt", r"the name of this file must end in \.mcap \(found: \.txt\)\. Choose the name x\.mcap"),
+        ("x", r"must end in \.mcap \(found: no file extension\)"),
         (".", "folder of this name"),
     ],
 )

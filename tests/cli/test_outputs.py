@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -56,6 +57,12 @@ def outputs() -> Iterator[tuple[str, str, str]]:
 
 
 OUTPUTS = sorted((command, option) for command, option, _ in outputs())
+
+
+def ending_of(command: str, option: str) -> str:
+    """Extension that the help of an output states; empty if it states none."""
+    (action,) = [one for one in commands()[command]._actions if option in one.option_strings]
+    return "".join(re.findall(r"\.\w+", str(action.metavar)))
 
 
 def test_every_option_that_names_a_file_is_an_output_or_a_known_input():
@@ -162,3 +169,26 @@ def test_two_outputs_with_the_same_name_are_rejected(tmp_path, capsys):
         == 2
     )
     assert "two outputs have the same name" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("command", "option"), [each for each in OUTPUTS if ending_of(*each)])
+def test_name_of_another_format_is_rejected(command, option, tmp_path, capsys):
+    assert run_command(words(command, option, tmp_path / "x.txt"), windows={}) == 1
+    message = f"must end in {ending_of(command, option)} (found: .txt). Choose the name x{ending_of(command, option)}"
+    assert message in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("form", "name", "message"),
+    [
+        ("npz", "x.csv", "must end in .npz (found: .csv). Choose the name x.npz"),
+        ("hdf5", "x.csv", "must end in .h5 or .hdf5 (found: .csv). Choose the name x.h5"),
+        ("hdf5", "x.hdf5", "in.mcap"),
+        ("npz", "x", "in.mcap"),
+        ("csv", "x.y", "in.mcap"),
+    ],
+)
+def test_name_of_an_export_has_an_ending_of_its_format(form, name, message, tmp_path, capsys):
+    words = ["export", "in.mcap", "--to", form, "-o", str(tmp_path / name)]
+    assert run_command(words, windows={}) == 1
+    assert message in capsys.readouterr().err

@@ -523,9 +523,10 @@ def _output(parser: argparse.ArgumentParser, *names: str, folder: str = "", **op
         parser: Parser of the command.
         names: Names of the option; ``-o`` and ``--output`` by default.
         folder: Name of the option with which it is a folder; its own name if it always is.
-        options: Other arguments of ``add_argument``; a recording has the extension in ``metavar``.
+        options: Other arguments of ``add_argument``; the file has the extension in ``metavar``.
     """
-    suffix = ".mcap" if ".mcap" in options.get("metavar", "") else ""
+    found = re.search(r"\.\w+", options.get("metavar", ""))
+    suffix = "" if found is None else found.group()
     action = parser.add_argument(*(names or ("-o", "--output")), type=_file_name, **options)
     parser.set_defaults(outputs=(*(parser.get_default("outputs") or ()), (action.dest, folder, suffix)))
 

@@ -198,6 +198,28 @@ def check_output(path: Path, *, error: type[TactileMapsError], overwrite: bool =
     return target
 
 
+def check_ending(path: Path, *endings: str, error: type[TactileMapsError], required: bool = False) -> None:
+    """Check that the name of an output has one of these endings, or no extension unless one is required.
+
+    Args:
+        path: The file.
+        endings: Extensions of its format in lower case, the usual one first.
+        error: Type of the error.
+        required: Whether a file without an extension could not be opened.
+
+    Raises:
+        TactileMapsError: It has another extension; raised as ``error``.
+    """
+    if path.name.lower().endswith(endings) if path.suffix else not required:
+        return
+    raise error(
+        f"the name of this file must end in {' or '.join(endings)}",
+        file=path,
+        value=path.suffix or "no file extension",
+        remedy=f"Choose the name {path.stem}{endings[0]}",
+    )
+
+
 def output_path(path: Path, *, error: type[TactileMapsError], overwrite: bool = True) -> Path:
     """Check a path like ``check_output``, for a writer that locks an existing file itself."""
     try:

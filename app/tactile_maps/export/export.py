@@ -9,7 +9,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from tactile_maps.core.errors import ExportError, install_line, is_installed
-from tactile_maps.core.files import make_atomically
+from tactile_maps.core.files import check_ending, make_atomically
 from tactile_maps.core.plugins import Plugin, Registry, guard_call
 from tactile_maps.core.progress import Progress, no_progress, part_of_progress
 from tactile_maps.export.film import write_film
@@ -58,6 +58,7 @@ class ExportFormat:
         name: Name on the command line.
         title: Name for display.
         ending: Suffix of the file; empty for a folder.
+        other_endings: Other suffixes of such files.
         write: Creates the file or folder at a path that does not exist.
         uses: Names of the ``ExportOptions`` that have an effect.
         needs: Modules that it imports besides those of the program.
@@ -71,6 +72,16 @@ class ExportFormat:
     uses: tuple[str, ...] = ("image_width", "rate")
     needs: tuple[str, ...] = ()
     extra: str = "export"
+    other_endings: tuple[str, ...] = ()
+
+    def check_name(self, target: Path) -> None:
+        """Check the name of a file that is to be written in this format; a folder may have any name.
+
+        Raises:
+            ExportError: It has the extension of another format.
+        """
+        if self.ending:
+            check_ending(target, self.ending, *self.other_endings, error=ExportError)
 
     @property
     def install(self) -> str:
@@ -163,7 +174,7 @@ FORMATS: Registry[ExportFormat] = Registry(
         ExportFormat("csv", "CSV tables", "", _tables(_csv, images=False), ()),
         ExportFormat("parquet", "Parquet tables", "", _tables(_parquet), _IMAGES, ("pyarrow",)),
         ExportFormat("npz", "NumPy arrays", ".npz", _tables(_npz), _IMAGES),
-        ExportFormat("hdf5", "HDF5", ".h5", _tables(_hdf5), _IMAGES, ("h5py",)),
+        ExportFormat("hdf5", "HDF5", ".h5", _tables(_hdf5), _IMAGES, ("h5py",), other_endings=(".hdf5",)),
         ExportFormat("lerobot", "LeRobot data set", "", _lerobot, ("fps",), ("pyarrow", "av")),
         ExportFormat("rosbag2", "ROS 2 bag", "", _at_rate(write_rosbag), _PICTURES, ("rosbags",)),
         ExportFormat("mp4", "Film of the tactile image", ".mp4", _film, _PICTURES, ("av",)),
@@ -204,13 +215,15 @@ def export_recording(
         progress: Receives a description and the progress, 0 to 1; may raise to cancel, and then no output is left.
 
     Raises:
-        ExportError: The format is unknown, a package that it needs is not installed, or the output cannot be written.
+        ExportError: The format is unknown, a package that it needs is not installed, the name has the extension of
+            another format, or the output cannot be written.
         RecordingError: The recording cannot be read.
     """
     chosen = FORMATS.get(to)
     if chosen is None:
         raise ExportError("unknown format", value=to, remedy=FORMATS.remedy(to))
     target = Path(target)
+    chosen.check_name(target)
     player = source if isinstance(source, RecordingPlayer) else RecordingPlayer(source)
     with make_atomically(target, error=ExportError, overwrite=overwrite) as path, ExitStack() as parts:
         if span is not None:

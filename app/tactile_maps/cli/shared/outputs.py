@@ -9,7 +9,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from tactile_maps.core.errors import ExportError, UsageError
-from tactile_maps.core.files import check_output, check_output_folder, new_outputs
+from tactile_maps.core.file_kinds import FileKind
+from tactile_maps.core.files import check_ending, check_output, check_output_folder, new_outputs
 
 
 @contextmanager
@@ -18,7 +19,7 @@ def outputs_checked(arguments: argparse.Namespace) -> Iterator[None]:
 
     Raises:
         ExportError: An output exists, is a special file or a file that the command reads, cannot be written, or is a
-            recording with an extension with which it could not be opened.
+            name with the extension of another format.
         UsageError: Two outputs are the same file.
     """
     outputs = getattr(arguments, "outputs", ())
@@ -50,9 +51,8 @@ def _checked_outputs(arguments: argparse.Namespace, outputs: Iterable[tuple[str,
         check_output(path, error=ExportError, overwrite=arguments.overwrite)
         if any(_is_same(path, other) for other in read):
             raise ExportError("a file that is read cannot be the output", file=path, remedy="Choose another name")
-        if suffix and path.suffix.lower() != suffix:
-            remedy = f"Choose the name {path.stem}{suffix}"
-            raise ExportError(f"a recording has the extension {suffix}", file=path, value=path.suffix, remedy=remedy)
+        if suffix:
+            check_ending(path, suffix, error=ExportError, required=suffix in FileKind.RECORDING.suffixes)
         if not arguments.overwrite:
             new.append(path)
     return new

@@ -27,9 +27,10 @@ def execute(arguments: argparse.Namespace) -> int:
         value = f"{arguments.start:g} to {arguments.end:g} s"
         raise UsageError("the part ends before it begins", value=value, remedy="Give --from before --until")
     options = ExportOptions(image_width=arguments.image_width, rate=arguments.rate, fps=arguments.fps)
+    target = Path(arguments.output)
+    FORMATS[arguments.to].check_name(target)
     report = progress_line()
     start = time.perf_counter()
-    target = Path(arguments.output)
     try:
         source = RecordingPlayer(arguments.input)
         end = source.duration if arguments.end is None else min(arguments.end, source.duration)
