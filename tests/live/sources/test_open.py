@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from pathlib import Path
 from urllib.parse import urlsplit
 
 import pytest
@@ -37,6 +38,7 @@ def test_address_selects_the_source(address, kind, full_address):
         ("", "no source is named"),
         ("http://localhost", "unknown kind of source"),
         ("readings.docx", "unknown kind of source"),
+        (str(Path(__file__).parent), "this folder is not a source of readings.*Name a file in it"),
         ("udp://127.0.0.1:99999", "invalid port number"),
         ("zmq://127.0.0.1:http", "invalid port number.*http"),
         ("udp://239.1.1.1:9870", "multicast or broadcast"),

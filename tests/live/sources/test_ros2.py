@@ -98,9 +98,9 @@ def test_missing_topic_and_invalid_bag_are_rejected(tmp_path):
     mapping.write_text(MAPPING.replace("/skin", "/fur"))
     with pytest.raises(LiveError, match="Its topics are: /joint_states, /skin"):
         open_source(str(tmp_path / "bag"), SourceOptions(mapping=mapping)).open()
-    (tmp_path / "none").mkdir()
+    (tmp_path / "bag" / "metadata.yaml").write_text("none")
     with pytest.raises(LiveError, match="the bag cannot be read"):
-        open_source(str(tmp_path / "none"), SourceOptions(mapping=mapping)).open()
+        open_source(str(tmp_path / "bag"), SourceOptions(mapping=mapping)).open()
     with pytest.raises(UsageError, match="need a mapping"):
         open_source(str(tmp_path / "bag"))
 

@@ -59,7 +59,7 @@ def test_missing_and_unknown_files_are_rejected(tmp_path):
     (tmp_path / "notes.pdf").write_text("")
     with pytest.raises(UsageError, match=r"cannot be opened.*\.pdf.*\.gltf.*\.msh"):
         identify(tmp_path / "notes.pdf")
-    with pytest.raises(UsageError, match="cannot be opened"):
+    with pytest.raises(UsageError, match="this is a folder, not a file.*Choose a file in it"):
         identify(tmp_path)
 
 

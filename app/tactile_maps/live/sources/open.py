@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -232,6 +231,9 @@ def _file(address: str, options: SourceOptions) -> Source:
 
         topics = load_topics(options.mapping)
         return FileSource(path, lambda file: read_bag(file, topics), speed=options.speed)
+    if path.is_dir():
+        remedy = "Name a file in it, or the folder that ros2 bag record made, with its metadata.yaml"
+        raise UsageError("this folder is not a source of readings", file=path, remedy=remedy)
     if path.suffix.lower() == ".mcap":
         return FileSource(path, read_recording, speed=options.speed)
     if path.suffix.lower() not in FILE_SUFFIXES:
@@ -240,8 +242,8 @@ def _file(address: str, options: SourceOptions) -> Source:
 
 
 def _is_bag(path: Path) -> bool:
-    """Whether the path is a recording of ROS 2: a folder, or a file that this program did not record."""
-    return os.path.isdir(path) or kind_of(path) is FileKind.ROS_RECORDING
+    """Whether the path is a recording of ROS 2: a folder with its metadata, or a file of another program."""
+    return (path / "metadata.yaml").is_file() or kind_of(path) is FileKind.ROS_RECORDING
 
 
 def is_live(address: str) -> bool:

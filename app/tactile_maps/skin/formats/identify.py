@@ -43,7 +43,8 @@ def identify(path: str | Path, *, expected: Collection[FileKind] = tuple(FileKin
 
     Raises:
         TactileMapsError: The file does not exist.
-        UsageError: The kind is unknown or not expected; the message lists the suffixes that can be opened.
+        UsageError: It is another folder, or its kind is unknown or not expected; the message lists the suffixes that
+            can be opened.
 
     Cost: reading 4 kB; for URDF files, reading the file.
     """
@@ -52,6 +53,9 @@ def identify(path: str | Path, *, expected: Collection[FileKind] = tuple(FileKin
     kind = kind_of(path)
     if kind is not None and kind in expected:
         return kind
+    if kind is None and os.path.isdir(path):
+        remedy = "Choose a file in it, or a folder of a skin's positions files (*.txt)"
+        raise UsageError("this is a folder, not a file", file=path, remedy=remedy)
     known = dict.fromkeys(suffix for kind in expected for suffix in suffixes_of(kind))
     raise UsageError(
         "this type of file cannot be opened" if kind is None else f"a {kind.value} cannot be opened here",
