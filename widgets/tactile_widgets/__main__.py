@@ -91,6 +91,9 @@ def _guide(arguments: argparse.Namespace) -> int:
 def _screenshot(arguments: argparse.Namespace) -> int:
     if arguments.figure is not None:
         return _figure(arguments)
+    from tactile_widgets.window.window_picture import check_picture_kind
+
+    check_picture_kind(arguments.output)  # before the window is imported and the scene prepared, which takes seconds
     from tactile_maps.cli.shared.scenes import scene_from_arguments
     from tactile_widgets.window.application import screenshot
 
@@ -113,28 +116,30 @@ def _screenshot(arguments: argparse.Namespace) -> int:
 
 
 def _figure(arguments: argparse.Namespace) -> int:
+    from tactile_widgets.dialogs.figures.figure_file import FigureColours, FigureSpec, check_figure_kind
+
+    spec = FigureSpec(*arguments.mm, arguments.dpi, FigureColours(arguments.colours))
+    check_figure_kind(arguments.output)
     from tactile_maps.cli.shared.scenes import scene_from_arguments
     from tactile_widgets.window.application import figure
 
-    report, (width, height) = progress_line(), arguments.mm
+    report = progress_line()
     left_out = figure(
         scene_from_arguments(arguments),
         arguments.output,
+        spec,
         part=arguments.figure,
         at=arguments.at,
-        size=arguments.mm,
-        dpi=arguments.dpi,
-        colours=arguments.colours,
         progress=report,
     )
     report("", 1.0)
     if left_out:
         print_warning(left_out)
     if arguments.json:
-        facts = {"file": arguments.output, "width_mm": width, "height_mm": height, "dpi": arguments.dpi}
+        facts = {"file": arguments.output, "width_mm": spec.width, "height_mm": spec.height, "dpi": spec.dpi}
         print_json(facts | {"at_s": arguments.at})
     else:
-        print_fields({"Written to": arguments.output, "Size": f"{width:g} x {height:g} mm, {arguments.dpi} dpi"})
+        print_fields({"Written to": arguments.output, "Size": f"{spec.width:g} x {spec.height:g} mm, {spec.dpi} dpi"})
     return 0
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import sys
 import zlib
 from base64 import b64decode
 from io import BytesIO
@@ -21,6 +22,7 @@ from tactile_widgets.__main__ import main
 from tactile_widgets.common.settings import BaseLayer
 from tactile_widgets.dialogs.figures.figure_file import FigureColours, FigurePart, FigureSpec, write_figure
 from tactile_widgets.dialogs.figures.view_figure import ShownInViews, write_view_figure
+from tactile_widgets.window.window_picture import check_picture_kind
 from tests.widgets.support.mouse import left_click, left_release
 from tests.widgets.support.samples import middle_taxel, touched
 from tests.widgets.support.window_driver import press_map, run
@@ -158,11 +160,24 @@ def test_legend_of_arrows_is_in_the_corner_and_covers_no_part_of_the_robot(windo
     assert scales[40.0, 30.0] > 2.0
 
 
-def test_command_line_rejects_arguments_before_preparing(capsys, tmp_path):
-    assert main(["screenshot", "--figure", "map", "--mm", "3x3", "-o", str(tmp_path / "a.pdf")]) == 1
-    assert "20 to 1000 mm" in capsys.readouterr().err
-    assert main(["screenshot", "--figure", "map", "-o", str(tmp_path / "a.gif")]) == 1
-    assert ".svg" in capsys.readouterr().err
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--figure", "map", "--mm", "3x3", "-o", "a.pdf"], "20 to 1000 mm"),
+        (["--figure", "map", "--dpi", "1", "-o", "a.pdf"], "Choose 50 to 2400"),
+        (["--figure", "map", "-o", "a.gif"], "Choose .svg, .pdf or .png"),
+        (["-o", "a.txt"], "Choose a name ending in .png"),
+    ],
+)
+def test_command_line_rejects_arguments_before_the_window_is_imported(capsys, tmp_path, monkeypatch, words, message):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setitem(sys.modules, "tactile_widgets.window.application", None)  # which cannot be imported then
+    assert main(["--robot", "nowhere.urdf", "screenshot", *words]) == 1
+    assert message in capsys.readouterr().err
+
+
+def test_picture_has_the_format_of_its_name_or_png():
+    assert [check_picture_kind(name) for name in ("a", "a.png", "a.JPG")] == ["png", "png", "jpg"]
 
 
 def transformed(drawn):

@@ -31,7 +31,7 @@ from tactile_widgets.common.application_theme import apply_theme
 from tactile_widgets.common.colours import THEMES
 from tactile_widgets.common.guide_window import GuideWindow
 from tactile_widgets.common.settings import Settings
-from tactile_widgets.dialogs.figures.figure_file import FigureColours, FigurePart, FigureSpec, check_figure_kind
+from tactile_widgets.dialogs.figures.figure_file import FigureColours, FigurePart, FigureSpec
 from tactile_widgets.dialogs.figures.no_display import use_no_display
 from tactile_widgets.dialogs.figures.view_figure import left_out_text
 from tactile_widgets.jobs.later import call_later
@@ -153,12 +153,10 @@ def screenshot(
 def figure(
     scene: Scene,
     path: str | Path,
+    spec: FigureSpec,
     *,
     part: str = "views",
     at: float = 2.0,
-    size: tuple[float, float] = (170.0, 85.0),
-    dpi: int = 300,
-    colours: str = "paper",
     progress: Progress = no_progress,
 ) -> str:
     """Save a figure for a paper after ``at`` simulated seconds of the scene; needs no display.
@@ -166,11 +164,9 @@ def figure(
     Args:
         scene: Scene to show.
         path: File ending in ``.svg``, ``.pdf`` or ``.png``.
+        spec: Size, resolution and colours.
         part: ``views``, ``robot`` or ``map``.
         at: Simulated time [s].
-        size: Width and height [mm].
-        dpi: Resolution of the pixel parts.
-        colours: ``paper``, ``light`` or ``dark``.
         progress: Receives the progress.
 
     Returns:
@@ -179,13 +175,12 @@ def figure(
     Raises:
         TactileMapsError: The scene cannot be prepared, or the figure cannot be written.
     """
-    spec = FigureSpec(*size, dpi, FigureColours(colours))  # errors are raised before anything is prepared
-    check_figure_kind(path)
     use_no_display()
     prepared = prepare_cached(scene, progress=progress)
     app = make_application()
-    apply_theme(app, THEMES["dark" if colours == "dark" else "light"])
-    window = picture_window("dark" if colours == "dark" else "light", (1400, 900))
+    theme = "dark" if spec.colours is FigureColours.DARK else "light"
+    apply_theme(app, THEMES[theme])
+    window = picture_window(theme, (1400, 900))
     try:
         _play(window, prepared, at)
         return left_out_text(window.presenters.figure.save(FigurePart(part), Path(path), spec))

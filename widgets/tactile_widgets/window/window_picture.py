@@ -5,10 +5,23 @@ from __future__ import annotations
 from pathlib import Path
 
 from PySide6.QtCore import QBuffer
+from PySide6.QtGui import QImageWriter
 from PySide6.QtWidgets import QWidget
 
 from tactile_maps.core.errors import DisplayError
 from tactile_maps.core.files import write_atomically
+
+
+def check_picture_kind(path: str | Path) -> str:
+    """Return the format of a picture's file, which is PNG without an extension.
+
+    Raises:
+        DisplayError: The format cannot be written.
+    """
+    kind = Path(path).suffix.removeprefix(".").lower() or "png"
+    if kind not in (bytes(known.data()).decode() for known in QImageWriter.supportedImageFormats()):
+        raise DisplayError("pictures of this kind cannot be written", file=path, remedy="Choose a name ending in .png")
+    return kind
 
 
 def save_window_picture(window: QWidget, path: str | Path) -> None:
@@ -17,10 +30,8 @@ def save_window_picture(window: QWidget, path: str | Path) -> None:
     Raises:
         DisplayError: The file name has no known picture format, or the file cannot be written.
     """
-    path = Path(path)
+    kind = check_picture_kind(path)
     picture = QBuffer()
     picture.open(QBuffer.OpenModeFlag.WriteOnly)
-    kind = path.suffix.removeprefix(".").upper() or "PNG"
-    if not window.grab().save(picture, kind):
-        raise DisplayError("pictures of this kind cannot be written", file=path, remedy="Choose a name ending in .png")
-    write_atomically(path, bytes(picture.data().data()), error=DisplayError)
+    window.grab().save(picture, kind)
+    write_atomically(Path(path), bytes(picture.data().data()), error=DisplayError)
