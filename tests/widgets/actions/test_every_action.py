@@ -569,7 +569,7 @@ EFFECTS: dict[str, Effect] = {
     "timing": Effect(folded, lambda bench: bench.window.column.folded),
     "effects": Effect(folded, lambda bench: bench.window.column.folded),
     "save_layout": Effect(LIVE, windows),
-    "delete_layout": Effect(LIVE, status),
+    "delete_layout": Effect(LIVE, lambda bench: bench.window.notification_bar.text),
     "reset_layout": Effect(after("panels"), lambda bench: bench.window.panels.isVisible()),
     "full_screen": Effect(LIVE, lambda bench: bench.window.isFullScreen()),
     # Help.

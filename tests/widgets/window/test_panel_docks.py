@@ -10,7 +10,16 @@ import pytest
 from PySide6.QtCore import QEvent, QPoint, Qt
 from PySide6.QtGui import QAction, QContextMenuEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QDockWidget, QLabel, QMenu, QPushButton, QToolButton
+from PySide6.QtWidgets import (
+    QApplication,
+    QDockWidget,
+    QInputDialog,
+    QLabel,
+    QMenu,
+    QMessageBox,
+    QPushButton,
+    QToolButton,
+)
 
 from tactile_widgets.common.guide_window import GuidePlace
 from tactile_widgets.common.mode import Mode
@@ -127,6 +136,31 @@ def test_layout_is_saved_and_applied_by_name(window):
     window.settings.delete_layout("poking")
     menu.aboutToShow.emit()
     assert [(item.text(), item.isEnabled()) for item in menu.actions()] == [("No saved layouts", False)]
+
+
+def name_layout(window, text):
+    """Save the layout under a name that is typed."""
+    window.action("save_layout").trigger()
+    box = window.findChild(QInputDialog, "layout-name")
+    box.setTextValue(text)
+    box.accept()
+    QApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete.value)
+
+
+def test_layout_is_replaced_only_after_a_question(window):
+    window.action("delete_layout").trigger()
+    assert "No layout is saved" in window.notification_bar.text
+    name_layout(window, "  ")
+    assert "its name is blank" in window.notification_bar.text
+    assert not window.settings.layouts
+    name_layout(window, "poking")
+    undock(window.column.get(ContactsPanel))
+    for answer, undocked in (("Cancel", ()), ("Replace", ("contacts-panel",))):
+        name_layout(window, " poking ")
+        (box,) = window.findChildren(QMessageBox, "layout-replaced")
+        next(button for button in box.buttons() if button.text().strip("&") == answer).click()
+        QApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete.value)
+        assert window.settings.layouts["poking"].undocked == undocked
 
 
 def test_undocked_panel_keeps_its_keys_and_returns_the_focus(window, qtbot):

@@ -148,12 +148,24 @@ class PanelDocks(QObject):
             self.arrange(layout)
 
     def _ask_name(self) -> None:
-        self._context.dialogs.ask_text("layout-name", "Save layout", "Name of this layout:", self._save)
+        self._context.dialogs.ask_text("layout-name", "Save layout", "Name of this layout:", self._on_named)
+
+    def _on_named(self, text: str) -> None:
+        """Save the layout; ask before it replaces another."""
+        name = text.strip()
+        if not name:
+            self._context.notifier.say("The layout was not saved, because its name is blank.", of="layouts")
+        elif name in self._settings.layouts:
+            question = f"There is a layout {name} already. Replace it?"
+            self._context.dialogs.ask_button(
+                "layout-replaced", "Save layout", question, ["Replace"], lambda _answer: self._save(name)
+            )
+        else:
+            self._save(name)
 
     def _save(self, name: str) -> None:
-        if name.strip():
-            self._settings.save_layout(name.strip(), self.layout)
-            self._context.notifier.status(f"Layout {name.strip()} saved; see View > Layouts")
+        self._settings.save_layout(name, self.layout)
+        self._context.notifier.status(f"Layout {name} saved; see View > Layouts")
 
     def _ask_which(self) -> None:
         names = list(self._settings.layouts)
@@ -163,4 +175,4 @@ class PanelDocks(QObject):
                 "layout-deleted", "Delete layout", text, names, self._settings.delete_layout
             )
         else:
-            self._context.notifier.status("No saved layouts")
+            self._context.notifier.say("No layout is saved: View > Save layout… saves the current one.", of="layouts")
