@@ -118,7 +118,8 @@ def _screenshot(arguments: argparse.Namespace) -> int:
 def _figure(arguments: argparse.Namespace) -> int:
     from tactile_widgets.dialogs.figures.figure_file import FigureColours, FigureSpec, check_figure_kind
 
-    spec = FigureSpec(*arguments.mm, arguments.dpi, FigureColours(arguments.colours))
+    width, height = arguments.mm
+    spec = FigureSpec(width, height, arguments.dpi, FigureColours(arguments.colours))
     check_figure_kind(arguments.output)
     from tactile_maps.cli.shared.scenes import scene_from_arguments
     from tactile_widgets.window.application import figure

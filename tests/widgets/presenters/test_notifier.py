@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import QPoint, Qt
+from PySide6.QtCore import QEvent, QObject, QPoint, Qt
 from PySide6.QtGui import QAction
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLabel, QToolButton
@@ -191,6 +191,27 @@ def test_message_that_is_over_cannot_be_used_while_the_pointer_keeps_it(window):
     point_away(window)
     assert places(window) == {}
     assert not window.notification_bar.isVisible()
+
+
+class LeaveOnHide(QObject):
+    """Sends a leave event to the messages while one of them is hidden, as Qt does with the pointer over it."""
+
+    def eventFilter(self, watched, event):
+        if event.type() is QEvent.Type.Hide and watched.parentWidget() is not None:
+            QApplication.sendEvent(watched.parentWidget(), QEvent(QEvent.Type.Leave))
+        return False
+
+
+def test_pointer_that_leaves_while_a_message_is_hidden_removes_the_others_once(window):
+    bar = window.notification_bar
+    window.notifier.fault("a.toml cannot be read", of="open file")
+    window.notifier.fault("b.npz cannot be read", of="open map")
+    QApplication.processEvents()
+    leaving = LeaveOnHide(bar)
+    for toast in bar._toasts:
+        toast.installEventFilter(leaving)
+    bar.clear()
+    assert (bar._toasts, bar.isVisible()) == ([], False)
 
 
 def test_message_that_waited_for_room_takes_the_place_of_information(window):

@@ -345,8 +345,9 @@ class MessageStack(FloatingBar):
 
     def _update(self) -> None:
         held = self._held
-        for toast in [toast for toast in self._toasts if toast.over and not (held and toast.placed)]:
-            self._drop(toast)
+        # One at a time: hiding the message under the pointer sends a leave event, which updates the list as well.
+        while gone := next((toast for toast in self._toasts if toast.over and not (held and toast.placed)), None):
+            self._drop(gone)
         while len(self._toasts) > _MOST and not held:
             self._drop(min(self._toasts[:-1], key=lambda toast: _rank(toast.message)))
         self.setVisible(bool(self._toasts))
