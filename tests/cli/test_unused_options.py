@@ -15,10 +15,12 @@ from tests.support.touch import bar_map
 
 @pytest.fixture
 def files(tmp_path):
-    """Files by ending; only the skin has content."""
+    """Files by ending, and a table of taxels; only the skin has content."""
     found = {ending: tmp_path / f"it.{ending}" for ending in ("csv", "mcap", "stl", "toml", "npz")}
     for path in found.values():
         path.write_text("time,1\n0,0\n")
+    found["taxels"] = tmp_path / "taxels.csv"
+    found["taxels"].write_text("x,y,z\n0,0,0\n")
     save_map(bar_map(), found["npz"], overwrite=True)
     return {ending: str(path) for ending, path in found.items()}
 
@@ -122,10 +124,10 @@ def test_every_named_option_exists(rules):
             "--surface: this option has no effect with this input (found: arm). It is for meshes",
         ),
         (
-            "map {csv} --taxels 1000",
-            "--taxels: this option has no effect with this input (found: {csv}). It places taxels",
+            "map {taxels} --taxels 1000",
+            "--taxels: this option has no effect with this input (found: {taxels}). It places taxels",
         ),
-        ("map {csv} --surface outer", "--surface: this option has no effect with this input"),
+        ("map {taxels} --surface outer", "--surface: this option has no effect with this input"),
         (
             "map {npz} --links bar",
             "--links: this option has no effect with this input (found: {npz}). It chooses links",
