@@ -100,9 +100,9 @@ def test_at_returns_the_error_with_its_place():
     assert type(moved) is MeshError
     assert str(moved) == "a.obj, mesh 1, face 3: it is broken (found: 0). Mend it."
     assert str(error) == "face 3: it is broken (found: 0). Mend it.", "the first is unchanged"
-    other = error.at(kind=SkinError, problem="the skin is broken", value=False, remedy="Cover it anew")
+    other = error.at(kind=SkinError, problem="the skin is broken", value=False, remedy="Cover it again")
     assert type(other) is SkinError
-    assert str(other) == "face 3: the skin is broken (found: False). Cover it anew."
+    assert str(other) == "face 3: the skin is broken (found: False). Cover it again."
 
 
 def test_missing_file_is_added_to_errors():

@@ -138,7 +138,7 @@ class SkinSteps(QObject):
 
     @property
     def _follows(self) -> bool:
-        """Whether the step after the scene that is shown follows from the map as it is."""
+        """Whether the step after the scene that is shown follows from the current map."""
         if self._at >= len(self._steps) - 1:
             return False
         history = None if self._editor is None else self._editor.history

@@ -24,7 +24,7 @@ class Undoable(Protocol):
 
     @property
     def undo_step(self) -> Step:
-        """The step that ``undo`` reverts; ``NO_STEP`` if there is none."""
+        """The step that ``undo`` reverts; ``NO_STEP`` without one."""
 
     @property
     def redo_step(self) -> Step:
